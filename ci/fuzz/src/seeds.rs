@@ -10,6 +10,7 @@ use remora_host::formats::{Mission, ScenarioSet, json};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode};
 use remora_host::planning::{PlanOutcome, Planner};
+use remora_host::request::PlanRequest;
 use remora_learn::dataset::Manifest;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,11 +31,11 @@ fn fixtures(folder: &str, end: &str) -> Vec<Vec<u8>> {
 
 /// A plan that is quickly made.
 fn planned() -> PlanOutcome {
-    let mission = Mission::default();
-    let scenario = draw_one(1, 0, &mission).expect("the built-in mission allows starts");
+    let scenario = draw_one(1, 0, &Mission::default()).expect("the built-in mission allows starts");
     let (mode, integrator) = (Mode::Feasible, Integrator::Euler);
     let method = Method { mode, integrator, ..Method::default() };
-    on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None)).expect("a thread")
+    let request = PlanRequest { method, ..PlanRequest::default() };
+    on_large_stack(|| Planner::new().plan(&request, &scenario)).expect("a thread")
 }
 
 fn text(value: &impl serde::Serialize) -> Vec<u8> {

@@ -221,7 +221,8 @@ impl Flights {
         for run in self.keep.chosen(&rows) {
             let plan = &plans[(run / self.asked.runs) as usize];
             let Some(sortie) = &plan.sortie else { continue };
-            let (file, samples) = keep_history(&self.out, &self.asked, plan, &mut pilot, run)?;
+            let of = (plan.id.as_str(), sortie);
+            let (file, samples, _) = keep_history(&self.out, &self.asked, of, &mut pilot, run)?;
             files.push(file);
             if histories.len() < MOST_SHOWN {
                 write_page(&self.out, plan, run, &samples)?;

@@ -9,7 +9,7 @@ use remora_core::advanced::model::{Mission, Scenario};
 use remora_core::advanced::stages::LINKS;
 use remora_core::advanced::time::Clock;
 use remora_core::prelude::{Valid, Validate};
-use remora_host::engine::{AnyArmEngine, DefaultArmEngine};
+use remora_host::engine::{AnyArmEngine, Build, DefaultArmEngine, Engine};
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{MAX_JOINTS, MadeFor, PlanFile, resized_motion};
 use remora_host::memory::on_heap;
@@ -85,6 +85,27 @@ impl<const M: usize> Parts<M> {
         let setup = nominal::setup(&self.mission, &self.scenario, &settings.surroundings);
         Ok(World::new(&setup, dispersion)?.read_back())
     }
+
+    /// Flies an arm of so many joints; `history` gets a sample a second.
+    fn fly<const NX: usize, const NU: usize>(
+        &self,
+        engine: &mut Engine<M, NX, NU>,
+        settings: &Settings,
+        dispersion: &Dispersion,
+        mut history: Option<&mut Vec<Sample>>,
+        joints: usize,
+    ) -> Result<FlightOutcome, WorldError>
+    where
+        Engine<M, NX, NU>: Build<M, NX, NU>,
+    {
+        let Self { mission, scenario, plan } = self;
+        let mut watch = |moment: &Moment<'_, M>| {
+            if let Some(history) = &mut history {
+                history.push(Sample::of(moment, joints));
+            }
+        };
+        Flight { mission, scenario, plan, settings }.fly(dispersion, engine, &mut watch)
+    }
 }
 
 impl Sortie {
@@ -124,8 +145,8 @@ impl Sortie {
     /// Computes the abort and the free drift from each node, in the planner's world.
     pub fn safety(&self) -> Vec<Safety> {
         match &self.0 {
-            Size::Default(parts) => safety(parts),
-            Size::Any(parts, _) => roomy_safety(parts),
+            Size::Default(parts) => parts.safety(),
+            Size::Any(parts, _) => parts.safety(),
         }
     }
 
@@ -178,12 +199,12 @@ impl Pilot {
             Size::Default(parts) => {
                 let engine = self.usual.get_or_insert_with(|| on_heap(DefaultArmEngine::default));
                 engine.clock = self.clock.clone();
-                usual(parts, settings, dispersion, engine, history)
+                parts.fly(engine, settings, dispersion, history, LINKS)
             }
             Size::Any(parts, joints) => {
                 let engine = self.roomy.get_or_insert_with(|| on_heap(AnyArmEngine::default));
                 engine.clock = self.clock.clone();
-                let mut flown = roomy(parts, settings, dispersion, engine, history, *joints)?;
+                let mut flown = parts.fly(engine, settings, dispersion, history, *joints)?;
                 flown.drawn.retain(|drawn| is_of_arm(&drawn.name, *joints));
                 Ok(flown)
             }
@@ -196,49 +217,4 @@ fn is_of_arm(name: &str, joints: usize) -> bool {
     let number = name.split('[').nth(1).and_then(|rest| rest.split(']').next());
     let belongs = name.starts_with("joints.") || name.contains("link[");
     !belongs || number.and_then(|i| i.parse::<usize>().ok()).is_none_or(|i| i < joints)
-}
-
-/// The code of ways out for three joints: instantiated here, where it is optimised.
-fn safety(parts: &Parts<LINKS>) -> Vec<Safety> {
-    parts.safety()
-}
-
-/// Computes the ways out with room for seven joints.
-fn roomy_safety(parts: &Parts<MAX_JOINTS>) -> Vec<Safety> {
-    parts.safety()
-}
-
-/// The flights' code for three joints: instantiated here, where it is optimised.
-fn usual(
-    parts: &Parts<LINKS>,
-    settings: &Settings,
-    dispersion: &Dispersion,
-    engine: &mut DefaultArmEngine,
-    mut history: Option<&mut Vec<Sample>>,
-) -> Result<FlightOutcome, WorldError> {
-    let Parts { mission, scenario, plan } = parts;
-    let mut watch = |moment: &Moment<'_, LINKS>| {
-        if let Some(history) = &mut history {
-            history.push(Sample::of(moment, LINKS));
-        }
-    };
-    Flight { mission, scenario, plan, settings }.fly(dispersion, engine, &mut watch)
-}
-
-/// Flies an arm of any size, with room for seven joints.
-fn roomy(
-    parts: &Parts<MAX_JOINTS>,
-    settings: &Settings,
-    dispersion: &Dispersion,
-    engine: &mut AnyArmEngine,
-    mut history: Option<&mut Vec<Sample>>,
-    joints: usize,
-) -> Result<FlightOutcome, WorldError> {
-    let Parts { mission, scenario, plan } = parts;
-    let mut watch = |moment: &Moment<'_, MAX_JOINTS>| {
-        if let Some(history) = &mut history {
-            history.push(Sample::of(moment, joints));
-        }
-    };
-    Flight { mission, scenario, plan, settings }.fly(dispersion, engine, &mut watch)
 }

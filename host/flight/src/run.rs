@@ -1,6 +1,6 @@
 //! Single runs of a folder's flights: flown with their history, and shown.
 
-use crate::flight::Ending;
+use crate::flight::{Ending, FlightOutcome};
 use crate::flights_file::{FLIGHTS, FlightsFile};
 use crate::history::{self, Sample};
 use crate::pilot::{Pilot, Sortie};
@@ -53,10 +53,8 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
         return Err(Error::input(file, "verdict", "is not flyable: there was nothing to fly"));
     };
     make_directory(folder)?;
-    let (history, _) = keep_history(folder, &asked, &plan, &mut pilot, run)
+    let (history, _, flown) = keep_history(folder, &asked, (&plan.id, sortie), &mut pilot, run)
         .map_err(|error| of_folder(folder, error))?;
-    let flown = pilot.fly(sortie, &asked.options.settings(), &asked.dispersion(run), None);
-    let flown = flown.map_err(|error| of_folder(folder, wrong_world(run, &error)))?;
     let row = Row { run, scenario: plan.id, flown: Some(FlightRow::from(&flown)) };
     Ok((row, history))
 }
@@ -65,21 +63,20 @@ pub fn rerun(folder: &Path, run: u64) -> Result<(Row, PathBuf), Error> {
 pub(crate) fn keep_history(
     folder: &Path,
     asked: &FlightsFile,
-    plan: &Plan,
+    (scenario, sortie): (&str, &Sortie),
     pilot: &mut Pilot,
     run: u64,
-) -> Result<(PathBuf, Vec<Sample>), Error> {
+) -> Result<(PathBuf, Vec<Sample>, FlightOutcome), Error> {
     let mut samples = Vec::new();
-    if let Some(sortie) = &plan.sortie {
-        pilot
-            .fly(sortie, &asked.options.settings(), &asked.dispersion(run), Some(&mut samples))
-            .map_err(|error| wrong_world(run, &error))?;
-    }
+    let (settings, dispersion) = (asked.options.settings(), asked.dispersion(run));
+    let flown = pilot
+        .fly(sortie, &settings, &dispersion, Some(&mut samples))
+        .map_err(|error| wrong_world(run, &error))?;
     let folder = folder.join("history");
     make_directory(&folder)?;
     let file = folder.join(format!("{run}.parquet"));
-    history::write(&file, &samples, (run, &plan.id))?;
-    Ok((file, samples))
+    history::write(&file, &samples, (run, scenario))?;
+    Ok((file, samples, flown))
 }
 
 /// Writes the page of one run beside its plan.

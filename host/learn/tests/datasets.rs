@@ -7,6 +7,7 @@ use remora_host::formats::Mission;
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use remora_learn::dataset::{Dataset, Split, Trajectory};
 use std::path::{Path, PathBuf};
 
@@ -83,7 +84,8 @@ fn they_are_planned_again() {
         let integrator: Integrator = dataset.manifest.integrator;
         let scenario = draw_one(dataset.manifest.seed, all[0].scenario, &mission).unwrap();
         let method = Method { integrator, ..Method::default() };
-        let plan = || Planner::new().plan(&mission, &scenario, &method, None).file;
+        let request = PlanRequest { method, ..PlanRequest::default() };
+        let plan = || Planner::new().plan(&request, &scenario).file;
         let cost = on_large_stack(plan).unwrap().stage2.cost;
         assert!((cost / all[0].cost - 1.0).abs() < 0.01, "{name}: {cost} {}", all[0].cost);
     }

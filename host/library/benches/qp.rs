@@ -12,11 +12,11 @@ use remora_core::advanced::qp::{EmbeddedQp, Qp, QpSolver, Solution};
 use remora_core::advanced::stages::{NODES, size};
 use remora_core::advanced::time::Deadline;
 use remora_host::backend::{ClarabelQp, Solve};
-use remora_host::formats::{Mission, ScenarioSet};
-use remora_host::guess::Guess;
+use remora_host::formats::ScenarioSet;
 use remora_host::memory::on_heap;
 use remora_host::method::{Integrator, Method, Qp as Choice};
 use remora_host::planning::{Planner, Subproblem, WallClock};
+use remora_host::request::PlanRequest;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -52,9 +52,9 @@ type OfOneStage = Programs<NODES, { size::NX }, { size::NU }, { size::NG }>;
 /// Plans and keeps what was solved in stages 1 and 2.
 fn programs() -> (OfOneStage, OfOneStage) {
     let set = ScenarioSet::built_in().expect("the built-in scenarios");
-    let mission = Mission::default();
     let method =
         Method { integrator: Integrator::Euler, qp: Choice::Embedded, ..Method::default() };
+    let request = PlanRequest { method, ..PlanRequest::default() };
     let (mut ones, mut twos) = (OfOneStage::new(), OfOneStage::new());
     for scenario in set.scenarios.iter().step_by(EVERY) {
         let from = (ones.all.len(), twos.all.len());
@@ -62,15 +62,7 @@ fn programs() -> (OfOneStage, OfOneStage) {
             1 => ones.add(&solve),
             _ => twos.add(&solve),
         };
-        let clock = WallClock::start();
-        Planner::new().plan_watched(
-            &clock,
-            &mission,
-            scenario,
-            &method,
-            Guess::Heuristic,
-            &mut watch,
-        );
+        Planner::new().plan_watched(&WallClock::start(), &request, scenario, &mut watch);
         ones.end_of_plan(from.0);
         twos.end_of_plan(from.1);
     }

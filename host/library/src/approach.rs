@@ -6,6 +6,7 @@ use crate::formats::{
 };
 use crate::method::Integrator;
 use crate::padded::{PaddedPolicy, own_features};
+use crate::request::PlanRequest;
 use remora_core::advanced::dynamics::{Control, State};
 use remora_core::advanced::model::{self, CostUnits, Refusal, TargetState};
 use remora_core::advanced::stages::{
@@ -57,13 +58,13 @@ impl Approach {
     /// A scenario that is refused before planning.
     pub(crate) fn plan<const M: usize, const NX: usize, const NU: usize>(
         engine: &mut Engine<M, NX, NU>,
-        mission: Mission,
+        request: &PlanRequest,
         scenario: Scenario,
-        integrator: Integrator,
     ) -> Result<Self, Refusal>
     where
         Engine<M, NX, NU>: Build<M, NX, NU>,
     {
+        let (mission, integrator) = (request.mission, request.method.integrator);
         engine.translate(&mission.sized(), &scenario.resized(), integrator)?;
         let (translation, target) = (*engine.workspace.translation(), engine.workspace.target);
         Ok(Self::new(mission, scenario, integrator, translation, target))
@@ -187,11 +188,12 @@ impl Approach {
 mod tests {
     use super::*;
     use crate::formats::ScenarioSet;
-    use crate::guess::Guess;
     use crate::learned::{Learned, Memories};
     use crate::memory::on_large_stack;
     use crate::method::Method;
-    use crate::planning::{Planner, WallClock};
+    use crate::planning::Planner;
+    use crate::request::Guess;
+    use std::sync::Arc;
 
     /// The torques of a plan, rounded to single precision.
     fn torques(plan: &crate::formats::PlanStage2) -> Vec<f32> {
@@ -202,13 +204,13 @@ mod tests {
     /// A rollout of the built-in model is the core's in the arm's own size, bit by bit.
     #[test]
     fn a_policy_leads_where_the_core_says() {
-        let mission = Mission::default();
         let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
+        let method = Method { integrator: Integrator::Euler, ..Method::default() };
+        let request = PlanRequest { method, ..PlanRequest::default() };
         on_large_stack(|| {
-            let mut planner = Planner::new();
-            let approach = planner.approach(&mission, scenario, Integrator::Euler).unwrap();
+            let approach = Planner::new().approach(&request, scenario).unwrap();
             let Approach { scenario, integrator, translation, target, .. } = &approach;
-            let (own, start) = (mission.sized::<LINKS>(), scenario.resized());
+            let (own, start) = (request.mission.sized::<LINKS>(), scenario.resized());
             let scene = Scene::new(&own, &start, translation, target, *integrator);
             let mut motion = ReorientationTrajectory::ZERO;
             let led = Learned::built_in(*integrator).at_work(&mut Memories::default(), |policy| {
@@ -225,13 +227,13 @@ mod tests {
 
     #[test]
     fn the_torques_of_a_plan_lead_where_it_does_and_are_a_guess_that_is_kept() {
-        let mission = Mission::default();
         let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
         let method = Method { integrator: Integrator::RK4, ..Method::default() };
+        let request = PlanRequest { method, ..PlanRequest::default() };
         on_large_stack(|| {
             let mut planner = Planner::new();
-            let plan = planner.plan(&mission, scenario, &method, None).file;
-            let approach = planner.approach(&mission, scenario, method.integrator).unwrap();
+            let plan = planner.plan(&request, scenario).file;
+            let approach = planner.approach(&request, scenario).unwrap();
             assert_eq!(approach.translation, plan.stage1.trajectory());
             let motion = approach.roll_out(&torques(&plan.stage2));
             let planned = plan.stage2.trajectory();
@@ -241,9 +243,8 @@ mod tests {
             let cost: f64 = planned.controls[..59].iter().map(|u| approach.cost(u)).sum();
             assert!((cost / plan.stage2.cost - 1.0).abs() < 1e-12);
 
-            let guess = Guess::Given(&motion);
-            let clock = WallClock::start();
-            let again = planner.plan_from(&clock, &mission, scenario, &method, guess);
+            let guess = Guess::Given(Arc::new(motion));
+            let again = planner.plan(&PlanRequest { guess, ..request }, scenario);
             assert_eq!(again.file.warm_start, "given");
             assert!(again.evidence.is_verified);
             assert!(again.file.stage2.iterations < plan.stage2.iterations);

@@ -3,11 +3,11 @@
 
 use crate::backend::{ClarabelQp, Recorder, Solve};
 use crate::formats::{self, MAX_JOINTS, Motion, resized_motion};
-use crate::guess::Guess;
 use crate::learned::Memories;
 use crate::memory::on_heap;
-use crate::method::{Deadline, Integrator, Method, Qp};
+use crate::method::{Deadline, Integrator, Qp};
 use crate::padded::PaddedPolicy;
+use crate::request::{Guess, PlanRequest};
 use crate::settings::plan_settings;
 use crate::threads::Threads;
 use remora_core::advanced::model::{Mission, Refusal, Scenario};
@@ -50,46 +50,22 @@ pub struct Engine<const M: usize, const NX: usize, const NU: usize> {
     pub workspace: Box<ArmWorkspace<M, NX, NU>>,
     embedded: Box<ArmSolver<NX, NU>>,
     clarabel: ClarabelQp,
+    /// Memory for models.
+    memories: Memories,
     /// Clock of plans made in flight, which ends them once it reads [`Deadline::FAR`]; none leaves them
     /// unlimited.
     pub clock: Option<Arc<dyn Clock + Send>>,
 }
 
-/// How a plan is to be made.
-pub struct Task<'a> {
-    /// Times and deadline.
-    pub clock: &'a dyn Clock,
-    /// Threads that work on it.
-    pub threads: &'a Threads,
-    /// Initial guess of Stage 2.
-    pub guess: Guess<'a>,
-    /// Joints of the arm.
-    pub joints: usize,
-    /// Memory for models.
-    pub memories: &'a mut Memories,
-    /// Whether planning holds constant data against checksums.
-    pub is_scrubbed: bool,
-    /// Method of planning.
-    pub method: &'a Method,
-}
-
 /// The core's code in one size. It is implemented for each size by name, so that the core is compiled in
 /// this crate, twice and no more, whoever calls.
 pub trait Build<const M: usize, const NX: usize, const NU: usize> {
-    /// Plans with the embedded solver.
-    fn run_embedded(
-        &mut self,
-        mission: &Mission<M>,
-        scenario: &Scenario<M>,
-        task: Task<'_>,
-    ) -> Report;
-
-    /// Plans with the solver that the method names, watched.
+    /// Plans with the solver that the request names; `watch` looks at each subproblem.
     fn run(
         &mut self,
-        mission: &Mission<M>,
-        scenario: &Scenario<M>,
-        task: Task<'_>,
+        clock: &dyn Clock,
+        request: &PlanRequest,
+        scenario: &formats::Scenario,
         watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
     ) -> Report;
 
@@ -134,33 +110,25 @@ macro_rules! build {
         impl Build<{ $joints }, { size::states($joints) }, { size::controls($joints) }>
             for Engine<{ $joints }, { size::states($joints) }, { size::controls($joints) }>
         {
-            fn run_embedded(
-                &mut self,
-                mission: &Mission<{ $joints }>,
-                scenario: &Scenario<{ $joints }>,
-                task: Task<'_>,
-            ) -> Report {
-                run(mission, scenario, task, &mut *self.embedded, &mut self.workspace)
-            }
-
             fn run(
                 &mut self,
-                mission: &Mission<{ $joints }>,
-                scenario: &Scenario<{ $joints }>,
-                task: Task<'_>,
+                clock: &dyn Clock,
+                request: &PlanRequest,
+                scenario: &formats::Scenario,
                 watch: &mut dyn FnMut(
                     ArmSubproblem<'_, { size::states($joints) }, { size::controls($joints) }>,
                 ),
             ) -> Report {
+                let Self { workspace, embedded, clarabel, memories, .. } = self;
                 let solver: &mut dyn Solver<
                     { size::states($joints) },
                     { size::controls($joints) },
-                > = match task.method.qp {
-                    Qp::Embedded => &mut *self.embedded,
-                    Qp::Clarabel => &mut self.clarabel,
+                > = match request.method.qp {
+                    Qp::Embedded => &mut **embedded,
+                    Qp::Clarabel => clarabel,
                 };
                 let mut solver = Recorder::new(solver, watch);
-                run(mission, scenario, task, &mut solver, &mut self.workspace)
+                run(clock, request, scenario, &mut solver, workspace, memories)
             }
 
             fn translate(
@@ -230,6 +198,7 @@ impl<const M: usize, const NX: usize, const NU: usize> Default for Engine<M, NX,
             workspace: on_heap(ArmWorkspace::new),
             embedded: on_heap(ArmSolver::new),
             clarabel: ClarabelQp::default(),
+            memories: Memories::default(),
             clock: None,
         }
     }
@@ -244,51 +213,6 @@ impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU> {
     /// Bus and arm of the last plan.
     pub fn reorientation(&self) -> Motion {
         resized_motion(self.workspace.reorientation())
-    }
-}
-
-impl<const M: usize, const NX: usize, const NU: usize> Engine<M, NX, NU>
-where
-    Self: Build<M, NX, NU>,
-{
-    /// Plans with the embedded solver, and nothing else.
-    pub fn plan_in_place(
-        &mut self,
-        mission: &formats::Mission,
-        scenario: &formats::Scenario,
-        task: Task<'_>,
-    ) -> Report {
-        let report = self.run_embedded(&mission.sized(), &scenario.resized(), task);
-        self.filed(mission, scenario, report)
-    }
-
-    /// Plans with the solver that the method names; `watch` looks at each subproblem.
-    pub fn plan(
-        &mut self,
-        mission: &formats::Mission,
-        scenario: &formats::Scenario,
-        task: Task<'_>,
-        watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
-    ) -> Report {
-        let report = self.run(&mission.sized(), &scenario.resized(), task, watch);
-        self.filed(mission, scenario, report)
-    }
-
-    /// The report with checksums of what the caller gave and gets, without joints that are not there.
-    fn filed(
-        &self,
-        mission: &formats::Mission,
-        scenario: &formats::Scenario,
-        mut report: Report,
-    ) -> Report {
-        if mission.joints() != M {
-            let nodes = mission.grid(scenario).nodes;
-            let translation = self.workspace.translation();
-            report.record.input = mission.input_checksum(scenario);
-            report.record.output =
-                mission.output_checksum(nodes, translation, &self.reorientation());
-        }
-        report
     }
 }
 
@@ -317,34 +241,37 @@ pub fn verified(
 
 /// The call into the core.
 fn run<const M: usize, const NX: usize, const NU: usize>(
-    mission: &Mission<M>,
-    scenario: &Scenario<M>,
-    task: Task<'_>,
+    clock: &dyn Clock,
+    request: &PlanRequest,
+    scenario: &formats::Scenario,
     mut solver: &mut dyn Solver<NX, NU>,
     workspace: &mut ArmWorkspace<M, NX, NU>,
+    memories: &mut Memories,
 ) -> Report {
-    let Task { clock, threads, guess, joints, memories, is_scrubbed, method } = task;
+    let PlanRequest { mission, method, guess, threads, is_scrubbed } = request;
+    let (joints, sized) = (mission.joints(), (mission.sized(), scenario.resized()));
     threads.prepare();
     let platform = Platform { clock, executor: threads };
     let mut planned = |start: &InitialGuess<'_, M>| {
         let asked = plan_settings(method);
         let options = Options::from_parts(asked, *start, platform);
-        let options = options.scrubbing(is_scrubbed);
+        let options = options.scrubbing(*is_scrubbed);
         // Its code is compiled once for all solvers.
-        let mut report = planner::plan(mission, scenario, &options, &mut solver, workspace);
+        let mut report = planner::plan(&sized.0, &sized.1, &options, &mut solver, workspace);
         if method.deadline == Some(Deadline::FAR) {
             let asked = PlanSettings { deadline_s: f64::INFINITY, ..asked };
             report.record.settings = planner::settings_checksum(&asked, start, &solver);
         }
         report
     };
-    match guess {
+    let mut report = match guess {
         Guess::Heuristic => planned(&InitialGuess::Heuristic),
         Guess::Given(motion) => planned(&InitialGuess::User(&own_motion(motion, joints))),
-        Guess::Left(&Nominal { ref reorientation, nodes, duration }, elapsed) => {
-            let reorientation = own_motion(reorientation, joints);
+        Guess::Left(plan, elapsed) => {
+            let reorientation = own_motion(&plan.reorientation, joints);
+            let Nominal { nodes, duration, .. } = **plan;
             let plan = &Nominal { reorientation, nodes, duration };
-            planned(&InitialGuess::Nominal { plan, elapsed })
+            planned(&InitialGuess::Nominal { plan, elapsed: *elapsed })
         }
         Guess::Model(model) => model.at_work(memories, |policy| match policy {
             None => planned(&InitialGuess::Refused),
@@ -354,7 +281,15 @@ fn run<const M: usize, const NX: usize, const NU: usize>(
                 planned(&InitialGuess::Learned { policy, seed: SEED })
             }
         }),
+    };
+    // Checksums of what the caller gave and gets, without joints that are not there.
+    if joints != M {
+        let motion = resized_motion(workspace.reorientation());
+        let nodes = mission.grid(scenario).nodes;
+        report.record.input = mission.input_checksum(scenario);
+        report.record.output = mission.output_checksum(nodes, workspace.translation(), &motion);
     }
+    report
 }
 
 /// A motion of an arm of so many joints, which may come from a longer one: all others stand at zero.

@@ -134,21 +134,22 @@ fn is_slow(state: &State<MAX_JOINTS>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Mission, ScenarioSet};
+    use crate::formats::ScenarioSet;
     use crate::memory::on_large_stack;
     use crate::method::{Integrator, Method};
     use crate::planning::Planner;
+    use crate::request::PlanRequest;
 
     /// A plan's torques, flown as actions, cost what the plan says and end where it ends.
     #[test]
     fn the_actions_of_a_plan_earn_minus_its_cost() {
-        let mission = Mission::default();
         let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
         let method = Method { integrator: Integrator::Euler, ..Method::default() };
+        let request = PlanRequest { method, ..PlanRequest::default() };
         let (plan, approach) = on_large_stack(|| {
             let mut planner = Planner::new();
-            let plan = planner.plan(&mission, scenario, &method, None).file;
-            (plan, planner.approach(&mission, scenario, method.integrator).unwrap())
+            let plan = planner.plan(&request, scenario).file;
+            (plan, planner.approach(&request, scenario).unwrap())
         })
         .unwrap();
         let limits: Vec<f64> = approach.torque_limits().collect();

@@ -1,13 +1,12 @@
 //! The subproblems of a plan as files, for solvers of any kind to be tried on.
 
 use crate::error::{Error, FieldError, io_reason};
-use crate::formats::{Mission, NamedScenario, check_writable};
+use crate::formats::{NamedScenario, check_writable};
 use crate::kkt::Kkt;
-use crate::learned::Learned;
 use crate::memory::on_large_stack;
-use crate::method::Method;
 use crate::planning::{PlanOutcome, Planner, Subproblem, WallClock};
 use crate::qp_file::{QpFile, QpPlace};
+use crate::request::PlanRequest;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -16,12 +15,8 @@ use std::path::{Path, PathBuf};
 pub struct ExportJob {
     /// The scenario.
     pub scenario: NamedScenario,
-    /// The mission; valid, its arm like the built-in mission's.
-    pub mission: Mission,
-    /// How to plan.
-    pub method: Method,
-    /// Model of a learned start; none is the heuristic.
-    pub model: Option<Learned>,
+    /// How to plan; the mission's arm is like the built-in mission's.
+    pub request: PlanRequest,
     /// The directory to write to.
     pub out: PathBuf,
     /// Whether the directory may hold other files.
@@ -74,15 +69,9 @@ impl ExportJob {
                 1 => one.add(&solve),
                 _ => two.add(&solve),
             };
-            let (mission, scenario) = (&self.mission, &self.scenario);
-            let planned = Planner::new().plan_watched(
-                &WallClock::start(),
-                mission,
-                scenario,
-                &self.method,
-                self.model.as_ref().into(),
-                &mut watch,
-            );
+            let clock = WallClock::start();
+            let planned =
+                Planner::new().plan_watched(&clock, &self.request, &self.scenario, &mut watch);
             (planned, [one.end(), two.end()])
         })?;
         let (one, two) = (one?, two?);
@@ -193,7 +182,7 @@ impl<'a> Collector<'a> {
         } else {
             self.summary.unsolved += 1;
         }
-        match QpFile::new(&self.place, &self.job.method, solve) {
+        match QpFile::new(&self.place, &self.job.request.method, solve) {
             Ok(file) => self.files.push(file),
             Err(error) => self.failed = self.failed.take().or(Some(error)),
         }

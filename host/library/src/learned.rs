@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::formats::{Kind, Limit, ModelRecord, read_bytes, write_atomically};
 use crate::lineage;
 use crate::memory::on_heap;
-use crate::method::{Integrator, WarmStart};
+use crate::method::Integrator;
 use remora_core::advanced::nn::{
     Memory, Model, ModelError, Network, NetworkError, Precision, ReferenceMemory, Storage,
 };
@@ -101,25 +101,6 @@ impl Learned {
         let file = folder.join(name);
         write_atomically(&file, Self::built_in_file(integrator))?;
         write_atomically(&lineage::path_of(&file), lineage.as_bytes()).map(|()| file)
-    }
-
-    /// The model that a choice of warm start asks for: that in `file`, or the built-in one.
-    ///
-    /// # Errors
-    /// Where the file cannot be read.
-    pub fn chosen(
-        warm_start: WarmStart,
-        file: Option<&Path>,
-        integrator: Integrator,
-    ) -> Result<Option<Self>, Error> {
-        match (warm_start, file) {
-            (WarmStart::Heuristic, None) => Ok(None),
-            (WarmStart::Heuristic, Some(_)) => {
-                Err(Error::argument("--model", "has no use with --warm-start heuristic"))
-            }
-            (_, Some(file)) => Self::read(file).map(Some),
-            (_, None) => Ok(Some(Self::built_in(integrator))),
-        }
     }
 
     /// A model of these bytes.

@@ -286,6 +286,7 @@ mod tests {
     use crate::memory::on_large_stack;
     use crate::method::{Integrator, Method, Mode};
     use crate::planning::Planner;
+    use crate::request::PlanRequest;
 
     #[test]
     fn a_plan_is_drawn_with_all_that_has_limits() {
@@ -293,7 +294,8 @@ mod tests {
         let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
         let method =
             Method { mode: Mode::Feasible, integrator: Integrator::Euler, ..Method::default() };
-        let plan = || Planner::new().plan(&mission, &scenario, &method, None).file;
+        let request = PlanRequest { method, ..PlanRequest::default() };
+        let plan = || Planner::new().plan(&request, &scenario).file;
         let plan = on_large_stack(plan).unwrap();
         let drawn = svg(&plan, &mission).unwrap();
         for text in ["<title>pub-000", "bus torque", "joint rate", "off the boresight", "keep-out"]

@@ -41,10 +41,11 @@ impl<F: Deref<Target = AtomicBool> + Sync> Clock for Stoppable<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::{Mission, ScenarioSet, Status};
+    use crate::formats::{ScenarioSet, Status};
     use crate::memory::on_large_stack;
     use crate::method::{Integrator, Method};
     use crate::planning::Planner;
+    use crate::request::PlanRequest;
     use remora_core::advanced::time::Deadline as CoreDeadline;
 
     #[test]
@@ -61,15 +62,14 @@ mod tests {
         assert!(CoreDeadline::after(&late, FAR_S).has_passed());
 
         let scenario = &ScenarioSet::built_in().unwrap().scenarios[0];
-        let stopped = Method {
+        let method = Method {
             integrator: Integrator::Euler,
             deadline: Deadline::try_from(FAR_S).ok(),
             ..Method::default()
         };
+        let stopped = PlanRequest { method, ..PlanRequest::default() };
         let planned = on_large_stack(|| {
-            let mission = Mission::default();
-            let clock = Stoppable::new(&is_stopped);
-            Planner::new().plan_by(&clock, &mission, scenario, &stopped, None)
+            Planner::new().plan_by(&Stoppable::new(&is_stopped), &stopped, scenario)
         });
         let planned = planned.unwrap();
         assert_eq!(planned.file.status, Status::Deadline);

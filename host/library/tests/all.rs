@@ -9,6 +9,7 @@ mod horizons;
 mod imported;
 mod moving;
 mod oracle_dynamics;
+mod perturbation;
 mod planner;
 mod scp;
 mod warmstart;

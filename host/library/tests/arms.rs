@@ -13,6 +13,7 @@ use remora_host::formats::{
 use remora_host::memory::{on_heap, on_large_stack};
 use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use std::collections::BTreeSet;
 
 const RK4: Integrator = Integrator::Rk4 { substeps: 4 };
@@ -21,8 +22,9 @@ fn scenario(k: usize) -> NamedScenario {
     ScenarioSet::built_in().unwrap().scenarios[k].clone()
 }
 
-fn method(integrator: Integrator) -> Method {
-    Method { integrator, ..Method::default() }
+fn request(mission: &Mission, integrator: Integrator) -> PlanRequest {
+    let method = Method { integrator, ..Method::default() };
+    PlanRequest { mission: *mission, method, ..PlanRequest::default() }
 }
 
 /// The default mission with another arm, which ends in the configuration that is found for it.
@@ -75,7 +77,7 @@ fn plans(mission: &Mission) {
     let all = || {
         let mut planner = Planner::new();
         for (k, integrator) in [(0, Integrator::Euler), (7, Integrator::Euler), (3, RK4)] {
-            let planned = planner.plan(mission, &scenario(k), &method(integrator), None);
+            let planned = planner.plan(&request(mission, integrator), &scenario(k));
             let file = planned.file;
             assert_ne!(
                 file.verdict,
@@ -132,7 +134,7 @@ fn joints_that_are_not_there_change_no_plan() {
         (report.reorientation.cost, report.record.input, motion.joint_angle)
     };
     let host = Mission::from(&mission);
-    let roomy = || Planner::new().plan(&host, &scenario(2), &method(Integrator::Euler), None);
+    let roomy = || Planner::new().plan(&request(&host, Integrator::Euler), &scenario(2));
     let (cost, input, _) = on_large_stack(core).unwrap();
     let planned = on_large_stack(roomy).unwrap();
     let roomy = planned.file.stage2.cost;
@@ -179,10 +181,9 @@ fn a_roll_that_is_given_is_met() {
         for (k, integrator) in
             [(0, Integrator::Euler), (1, Integrator::Euler), (2, Integrator::Euler), (4, RK4)]
         {
-            let method = method(integrator);
-            let open = planner.plan(&free, &scenario(k), &method, None).file;
+            let open = planner.plan(&request(&free, integrator), &scenario(k)).file;
             turned = turned.max(roll_error(&free, &open));
-            let planned = planner.plan(&mission, &scenario(k), &method, None);
+            let planned = planner.plan(&request(&mission, integrator), &scenario(k));
             assert_eq!(planned.file.verdict, Some(Verdict::Optimal), "{k}: {:?}", planned.reason);
             assert!(roll_error(&mission, &planned.file) < 1e-5);
         }
@@ -197,7 +198,7 @@ fn a_roll_that_is_given_is_met() {
 #[test]
 fn a_roll_that_is_missed_is_seen() {
     let free = Mission::default();
-    let plan = || Planner::new().plan(&free, &scenario(0), &method(Integrator::Euler), None).file;
+    let plan = || Planner::new().plan(&request(&free, Integrator::Euler), &scenario(0)).file;
     let plan = on_large_stack(plan).unwrap();
     let mission = rolled(REFERENCE);
     let found = remora_host::engine::verified(

@@ -6,11 +6,12 @@
 //! `REMORA_WRITE_GOLDEN=1 cargo test --test all golden`.
 
 use remora_core::advanced::scp::Status;
-use remora_host::formats::{Mission, NamedScenario, ScenarioSet};
+use remora_host::formats::{NamedScenario, ScenarioSet};
 use remora_host::learned::Learned;
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, OnceLock};
@@ -52,8 +53,9 @@ fn row(planner: &mut Planner, scenario: &NamedScenario) -> Row {
     let mut row = Row { text: scenario.id.clone(), verdicts: scenario.id.clone(), cost: None };
     for (k, (_, method)) in methods().into_iter().enumerate() {
         let learned = method.warm_start == WarmStart::Model;
-        let model = learned.then(|| Learned::built_in(method.integrator));
-        let report = planner.plan_in_place(&Mission::default(), scenario, &method, model.as_ref());
+        let guess = learned.then(|| Learned::built_in(method.integrator)).into();
+        let request = PlanRequest { method, guess, ..PlanRequest::default() };
+        let report = planner.plan_in_place(&request, scenario);
         if k < HELD {
             write!(row.text, ",{:016x}", report.record.output).unwrap();
         }

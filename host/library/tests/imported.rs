@@ -8,8 +8,8 @@ use remora_host::draw;
 use remora_host::formats::{Limits, Verdict};
 use remora_host::importing::{self, ImportedMission, Request};
 use remora_host::memory::on_large_stack;
-use remora_host::method::{Method, WarmStart};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use remora_urdf::{Arm, Options, import};
 use serde_json::Value;
 use std::fs;
@@ -155,8 +155,8 @@ fn joints_of_an_imported_arm_travel_no_more_than_they_must() {
         (Limits::Same(20.0), Limits::Same(1.0));
     let mission = file.mission().unwrap();
     let scenario = draw::draw_one(1, 0, &mission).unwrap();
-    let method = Method { warm_start: WarmStart::Heuristic, ..Method::default() };
-    let plan = on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None)).unwrap();
+    let request = PlanRequest { mission, ..PlanRequest::default() };
+    let plan = on_large_stack(|| Planner::new().plan(&request, &scenario)).unwrap();
     assert_eq!(plan.file.verdict, Some(Verdict::Optimal));
     let angles = &plan.file.stage2.joint_angle;
     for i in 0..6 {

@@ -1,5 +1,6 @@
 //! Plans that begin in the middle of a motion: what is left of a plan, from where a disturbed state is.
 
+use crate::perturbation::{normal, uniform};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +18,6 @@ use remora_core::advanced::stages::{LINKS, Mode, NODES, TranslationTrajectory};
 use remora_core::prelude::{GuessRecord, Start, Status, Validate};
 use remora_host::formats::{ScenarioSet, recovered};
 use remora_host::memory::on_heap;
-use remora_host::perturbation::{normal, uniform};
 use remora_host::planning::WallClock;
 
 /// Errors of a state: centre of mass [m, m/s], bus [rad, rad/s], joints [rad].

@@ -1,6 +1,7 @@
 //! The planner against the reference optima, and its promises: verified plans, small stacks, the
 //! same bits whatever was planned before.
 
+use crate::perturbation::disturb;
 use remora_core::advanced::dynamics::Integrator;
 use remora_core::advanced::executor::{ForkJoin, Sequential};
 use remora_core::advanced::model::{Mission, Scenario};
@@ -15,7 +16,6 @@ use remora_core::advanced::time::{Clock, Deadline};
 use remora_host::backend::ClarabelQp;
 use remora_host::formats::ScenarioSet;
 use remora_host::memory::on_heap;
-use remora_host::perturbation::disturb;
 use remora_host::threads::Threads;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -21,6 +21,7 @@ use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::Method;
 use remora_host::planning::Planner;
+use remora_host::request::{Guess, PlanRequest};
 use scripts::{Bench, RK4, Script, distance, limited};
 
 #[test]
@@ -334,10 +335,16 @@ fn a_bad_given_start_gives_way_to_the_heuristic() {
 #[test]
 fn a_model_is_not_used_where_it_has_not_learnt() {
     let method = Method { integrator: Integrator::Euler, ..Method::default() };
-    let model = Learned::built_in(method.integrator);
+    let guess = Guess::from(Learned::built_in(method.integrator));
+    let request = |mission: &Mission| PlanRequest {
+        mission: *mission,
+        method,
+        guess: guess.clone(),
+        ..PlanRequest::default()
+    };
     let begin = |mission: &Mission| {
         let scenario = draw_one(1, 0, mission).unwrap();
-        let plan = || Planner::new().plan(mission, &scenario, &method, Some(&model));
+        let plan = || Planner::new().plan(&request(mission), &scenario);
         on_large_stack(plan).unwrap().evidence.start
     };
     let own = Mission::default();
@@ -353,6 +360,6 @@ fn a_model_is_not_used_where_it_has_not_learnt() {
     assert_eq!(begin(&rolled), GuessRecord::Unfit);
     let scenario = draw_one(1, 0, &own).unwrap();
     let four = Mission::from(own.sized::<4>());
-    let plan = || Planner::new().plan(&four, &scenario, &method, Some(&model));
+    let plan = || Planner::new().plan(&request(&four), &scenario);
     assert_eq!(on_large_stack(plan).unwrap().evidence.start, GuessRecord::Unfit);
 }

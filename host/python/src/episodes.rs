@@ -1,8 +1,8 @@
 //! Approaches flown by policies, many at once: what `remora.gym` steps.
 
 use crate::argument::Argument;
+use crate::bench::with_planner;
 use crate::mission::Mission;
-use crate::planning::with_planner;
 use crate::raised::{Failure, argument, raised};
 use crate::request;
 use crate::scenario::Scenario;
@@ -16,8 +16,8 @@ use remora_core::advanced::stages::size;
 use remora_host::approach::Approach;
 use remora_host::episode::{Episode, Step, Terms};
 use remora_host::error::Error;
-use remora_host::method::Integrator;
-use remora_host::planning;
+use remora_host::method::{Integrator, Method};
+use remora_host::request::PlanRequest;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -52,14 +52,12 @@ fn courses(
     integrator: Integrator,
     (terms, count): (Terms, usize),
 ) -> Result<Vec<Episode>, Failure> {
-    let mission = mission.judged();
+    let method = Method { integrator, ..Method::default() };
+    let request = PlanRequest { mission: *mission.judged(), method, ..Default::default() };
     let plan = |case: &Scenario| {
-        caller.go_on()?;
         with_planner(caller, |bench| {
-            let method = remora_host::method::Method { integrator, ..Default::default() };
-            crate::raised::look(planning::refusal(mission, &case.named, &method), &case.named)?;
-            let refused = |refusal| Failure::Refused(case.named.id.clone(), refusal);
-            bench.planner.approach(mission, &case.named, integrator).map_err(refused)
+            bench.look(&request, &case.named)?;
+            bench.approach(&request, &case.named)
         })
     };
     let approaches: Vec<Approach> = cases.iter().map(plan).collect::<Result<_, _>>()?;

@@ -9,12 +9,14 @@
 //! - `arrays`: rows as arrays, which own their memory;
 //! - `urdf`, `mission`, `scenario`: what is planned for;
 //! - `scene`: an approach as a guess sees it;
+//! - `bench`: planners at work;
 //! - `start`: the initial guess of Stage 2, learned or the caller's own;
+//! - `flight`: flights of plans in the truth;
 //! - `plan`, `made`: plans, and their sources;
-//! - `request`, `planning`: requests for plans, and planning one after the other;
+//! - `request`: requests for plans, and planning one after the other;
 //! - `many`, `compare`: plans on several threads, and guesses against each other;
 //! - `subproblem`: the programs of a plan for other solvers;
-//! - `flight`: plans flown in the truth;
+//! - `flying`: plans flown in the truth;
 //! - `episodes`: approaches flown by policies, many at once.
 //!
 //! Long work runs without the interpreter's lock, on a thread with a stack of its own, so that
@@ -23,14 +25,15 @@
 
 mod argument;
 mod arrays;
+mod bench;
 mod compare;
 mod episodes;
 mod flight;
+mod flying;
 mod made;
 mod many;
 mod mission;
 mod plan;
-mod planning;
 mod raised;
 mod request;
 mod scenario;
@@ -47,12 +50,13 @@ mod _remora {
     use super::{
         compare::compare_guesses,
         episodes::Episodes,
-        flight::{Flight, fly},
+        flight::Flight,
+        flying::fly,
         many::{Rows, plan_many},
         mission::Mission,
         plan::Plan,
-        planning::plan,
         raised::Refused,
+        request::plan,
         scenario::{Scenario, draw, scenarios},
         scene::Scene,
         start::Model,

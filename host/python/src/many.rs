@@ -2,9 +2,9 @@
 
 use crate::argument::Argument;
 use crate::arrays;
+use crate::bench::Bench;
 use crate::mission::Mission;
 use crate::plan::Plan;
-use crate::planning::Bench;
 use crate::raised::{Failure, argument, raised};
 use crate::request::{self, PlanRequest};
 use crate::scenario::Scenario;

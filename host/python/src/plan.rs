@@ -5,7 +5,6 @@ use crate::arrays;
 use crate::flight::Flight;
 use crate::mission::Mission;
 use crate::raised::{Failure, argument, raised};
-use crate::request;
 use crate::scenario::Scenario;
 use crate::start::Start;
 use crate::waiting::waited;
@@ -374,7 +373,7 @@ impl Plan {
             Ok(if is_judged { plan.judged(Path::new("plan"))? } else { plan })
         })?;
         let start =
-            guess.map(|guess| request::start("guess", guess, plan.file.integrator)).transpose()?;
+            guess.map(|guess| Start::of("guess", guess, plan.file.integrator)).transpose()?;
         let recipe = start.map(|start| (plan.method(start.warm_start()), start));
         Ok(Self { recipe, ..plan })
     }

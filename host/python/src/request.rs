@@ -1,17 +1,21 @@
-//! How plans are asked for: the arguments that planning, campaigns and comparisons share.
+//! Requests for plans: the arguments that planning, campaigns and comparisons share; and planning one.
 
 use crate::argument::Argument;
-use crate::arrays;
+use crate::bench::{Bench, with_planner};
 use crate::mission::Mission;
 use crate::plan::Plan;
-use crate::raised::argument;
-use crate::start::{Model, Start};
+use crate::raised::{Failure, argument};
+use crate::scenario::Scenario;
+use crate::start::Start;
+use crate::waiting::waited;
 use pyo3::prelude::*;
 use remora_host::choice::Choice;
-use remora_host::learned::Learned;
+use remora_host::formats::NamedScenario;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp};
+use remora_host::planning::PlanOutcome;
+use remora_host::request::{self, Guess};
 use std::num::NonZeroUsize;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Mission, method and start of plans.
 pub(crate) struct PlanRequest {
@@ -40,12 +44,32 @@ impl PlanRequest {
         let deadline = deadline.map_err(|error| argument("deadline_s", error))?;
         let start = match guess {
             Some(guess) => start("initial_guess", guess, integrator)?,
-            None => Start::Model(built_in(integrator)),
+            None => Start::built_in(integrator),
         };
         let warm_start = start.warm_start();
         let method =
             Method { mode, warm_start, qp: Qp::Embedded, integrator, deadline, sharp: false };
         Ok(Self { mission: Mission::or_default(mission)?, method, start })
+    }
+
+    /// The library's request, which a stopped clock ends; from the heuristic.
+    pub(crate) fn stoppable(&self) -> request::PlanRequest {
+        let deadline = self.method.deadline.or(Some(Deadline::FAR));
+        let method = Method { deadline, ..self.method };
+        request::PlanRequest { mission: *self.mission.judged(), method, ..Default::default() }
+    }
+
+    /// Plans a scenario; with the start that can be had again.
+    pub(crate) fn plan(
+        &self,
+        bench: &mut Bench<'_>,
+        scenario: &NamedScenario,
+    ) -> Result<(PlanOutcome, Start), Failure> {
+        let mut request = self.stoppable();
+        bench.look(&request, scenario)?;
+        let (guess, start) = self.start.guess(bench, &request, scenario)?;
+        request.guess = guess;
+        Ok((bench.planner.plan_by(&bench.caller.clock(), &request, scenario), start))
     }
 
     /// A copy of the request with another guess, given under a name.
@@ -54,13 +78,6 @@ impl PlanRequest {
         let method = Method { warm_start: start.warm_start(), ..self.method };
         Ok(Self { mission: self.mission.clone(), method, start })
     }
-}
-
-/// The built-in model of an integrator, looked at once.
-pub(crate) fn built_in(integrator: Integrator) -> Arc<Learned> {
-    static MODELS: [OnceLock<Arc<Learned>>; 2] = [OnceLock::new(), OnceLock::new()];
-    let model = &MODELS[usize::from(integrator.is_flown())];
-    model.get_or_init(|| Arc::new(Learned::built_in(integrator))).clone()
 }
 
 /// The integrator of a name.
@@ -77,52 +94,39 @@ pub(crate) fn jobs(jobs: Option<Argument<usize>>) -> PyResult<NonZeroUsize> {
     }
 }
 
-/// Reason to refuse a guess of another kind.
-const EXPECTED: &str = "is neither \"model\", \"heuristic\", a Model, a Plan, (Plan, seconds), an array of torques \
-                        nor a function of a Scene";
-
 /// Initial guess of Stage 2, given under a name.
-pub(crate) fn start(
-    name: &str,
-    given: &Bound<'_, PyAny>,
-    integrator: Integrator,
-) -> PyResult<Start> {
-    if let Ok(word) = given.extract::<String>() {
-        return match word.as_str() {
-            "heuristic" => Ok(Start::Heuristic),
-            "model" => Ok(Start::Model(built_in(integrator))),
-            _ => Err(argument(name, format!("{word:?} {EXPECTED}"))),
-        };
-    }
-    if let Ok(model) = given.cast::<Model>() {
-        return Ok(Start::Model(model.get().learned.clone()));
-    }
+fn start(name: &str, given: &Bound<'_, PyAny>, integrator: Integrator) -> PyResult<Start> {
+    let left = |plan: &Plan, elapsed| Start::Ready(Guess::Left(Arc::new(plan.nominal()), elapsed));
     if let Ok(plan) = given.cast::<Plan>() {
-        return Ok(Start::Left(Arc::new(plan.get().nominal()), 0.0));
+        return Ok(left(plan.get(), 0.0));
     }
-    if let Ok((plan, elapsed)) = given.extract::<(Bound<'_, Plan>, f64)>() {
-        if !(elapsed >= 0.0 && elapsed.is_finite()) {
-            let reason = format!("{elapsed} s have passed: must be finite and not negative");
-            return Err(argument(name, reason));
-        }
-        return Ok(Start::Left(Arc::new(plan.get().nominal()), elapsed));
-    }
-    if given.is_callable() {
-        return Ok(Start::Function(Arc::new(given.clone().unbind())));
-    }
-    let Ok(array) = arrays::array(given) else {
-        return Err(argument(name, format!("{} {EXPECTED}", given.get_type())));
+    let Ok((plan, elapsed)) = given.extract::<(Bound<'_, Plan>, f64)>() else {
+        return Start::of(name, given, integrator);
     };
-    let shape = array.getattr("shape")?;
-    match shape.extract::<(usize, usize)>() {
-        // Whether it is the arm's is looked at where the plan is made.
-        Ok(shape) => {
-            let torques = arrays::numbers(name, &array, shape)?;
-            Ok(Start::Torques { torques, shape })
-        }
-        Err(_) => {
-            let reason = format!("has shape {shape}, expected a row of torques an interval");
-            Err(argument(name, reason))
-        }
+    if !(elapsed >= 0.0 && elapsed.is_finite()) {
+        let reason = format!("{elapsed} s have passed: must be finite and not negative");
+        return Err(argument(name, reason));
     }
+    Ok(left(plan.get(), elapsed))
+}
+
+/// Plans one approach, for `remora.plan`.
+#[pyfunction]
+#[pyo3(signature = (case, mission, *, integrator, mode, initial_guess, deadline_s))]
+pub(crate) fn plan(
+    py: Python<'_>,
+    case: Argument<Scenario>,
+    mission: Option<Argument<Mission>>,
+    integrator: Argument<&str>,
+    mode: Argument<&str>,
+    initial_guess: Option<&Bound<'_, PyAny>>,
+    deadline_s: Option<Argument<f64>>,
+) -> PyResult<Plan> {
+    let scenario = case.named("case")?.named;
+    let asked = PlanRequest::of(mission, (integrator, mode), initial_guess, deadline_s)?;
+    let (asked, scenario, planned, start) = waited(py, move |caller| {
+        let (planned, start) = with_planner(caller, |bench| asked.plan(bench, &scenario))?;
+        Ok((asked, scenario, planned, start))
+    })?;
+    Plan::made(asked.mission, scenario, planned, (asked.method, start))
 }

@@ -15,8 +15,9 @@ use remora_core::advanced::warmstart::Encoding;
 use remora_core::nalgebra::{Vector3, Vector4};
 use remora_host::approach::Approach;
 use remora_host::formats::{JointVector, MAX_JOINTS, NamedScenario, PlanInputs};
-use remora_host::method::Integrator;
+use remora_host::method::{Integrator, Method};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use std::path::Path;
 
 /// State of bus and arm.
@@ -297,7 +298,9 @@ impl Scene {
         let named = case.named;
         waited(py, move |_| {
             let refused = |refusal| Failure::Refused(named.id.clone(), refusal);
-            let approach = Planner::default().approach(mission.judged(), &named, integrator);
+            let method = Method { integrator, ..Method::default() };
+            let request = PlanRequest { mission: *mission.judged(), method, ..Default::default() };
+            let approach = Planner::default().approach(&request, &named);
             Ok(Self::new(approach.map_err(refused)?, named))
         })
     }

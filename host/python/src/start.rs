@@ -2,21 +2,19 @@
 
 use crate::argument::Argument;
 use crate::arrays;
-use crate::planning::Bench;
+use crate::bench::Bench;
 use crate::raised::{Failure, argument, raised};
 use crate::scene::Scene;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use remora_core::advanced::planner::Nominal;
 use remora_core::advanced::stages::size;
 use remora_host::error::Error;
-use remora_host::formats::{Limit, MAX_JOINTS, Mission, NamedScenario, read_bytes};
-use remora_host::guess::Guess;
+use remora_host::formats::{Limit, NamedScenario, read_bytes};
 use remora_host::learned::Learned;
-use remora_host::method::{Integrator, Method, WarmStart};
-use remora_host::planning::{PlanOutcome, Planner};
+use remora_host::method::{Integrator, WarmStart};
+use remora_host::request::{Guess, PlanRequest};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// Function that makes a model again, and its arguments: name and bytes.
 type Pickle = (Py<PyAny>, (String, Py<PyBytes>));
@@ -118,25 +116,72 @@ impl Model {
 /// Initial guess of Stage 2.
 #[derive(Clone)]
 pub(crate) enum Start {
-    Heuristic,
-    Model(Arc<Learned>),
+    /// A guess of the library's.
+    Ready(Guess),
     /// Torques, a row an interval.
-    Torques {
-        torques: Vec<f32>,
-        shape: (usize, usize),
-    },
+    Torques { torques: Vec<f32>, shape: (usize, usize) },
     /// Asked for torques with the scene.
     Function(Arc<Py<PyAny>>),
-    /// The rest of a plan from a time after its first node [s].
-    Left(Arc<Nominal<MAX_JOINTS>>, f64),
 }
 
+/// The built-in model of an integrator, looked at once.
+fn built_in(integrator: Integrator) -> Arc<Learned> {
+    static MODELS: [OnceLock<Arc<Learned>>; 2] = [OnceLock::new(), OnceLock::new()];
+    let model = &MODELS[usize::from(integrator.is_flown())];
+    model.get_or_init(|| Arc::new(Learned::built_in(integrator))).clone()
+}
+
+/// Reason to refuse a guess of another kind.
+const EXPECTED: &str = "is neither \"model\", \"heuristic\", a Model, a Plan, (Plan, seconds), an array of torques \
+                        nor a function of a Scene";
+
 impl Start {
+    /// The rollout of the built-in model.
+    pub(crate) fn built_in(integrator: Integrator) -> Self {
+        Self::Ready(Guess::Model(built_in(integrator)))
+    }
+
+    /// The start that was given under a name; plans are none.
+    pub(crate) fn of(
+        name: &str,
+        given: &Bound<'_, PyAny>,
+        integrator: Integrator,
+    ) -> PyResult<Self> {
+        if let Ok(word) = given.extract::<String>() {
+            return match word.as_str() {
+                "heuristic" => Ok(Self::Ready(Guess::Heuristic)),
+                "model" => Ok(Self::built_in(integrator)),
+                _ => Err(argument(name, format!("{word:?} {EXPECTED}"))),
+            };
+        }
+        if let Ok(model) = given.cast::<Model>() {
+            return Ok(Self::Ready(Guess::Model(model.get().learned.clone())));
+        }
+        if given.is_callable() {
+            return Ok(Self::Function(Arc::new(given.clone().unbind())));
+        }
+        let Ok(array) = arrays::array(given) else {
+            return Err(argument(name, format!("{} {EXPECTED}", given.get_type())));
+        };
+        let shape = array.getattr("shape")?;
+        match shape.extract::<(usize, usize)>() {
+            // Whether it is the arm's is looked at where the plan is made.
+            Ok(shape) => {
+                let torques = arrays::numbers(name, &array, shape)?;
+                Ok(Self::Torques { torques, shape })
+            }
+            Err(_) => {
+                let reason = format!("has shape {shape}, expected a row of torques an interval");
+                Err(argument(name, reason))
+            }
+        }
+    }
+
     /// Argument `initial_guess` for it; none for the rest of a plan, which no argument can name.
     pub(crate) fn given<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         Ok(match self {
-            Self::Heuristic => Some("heuristic".into_pyobject(py)?.into_any()),
-            Self::Model(learned) => Some(Model::known(learned, py)?),
+            Self::Ready(Guess::Heuristic) => Some("heuristic".into_pyobject(py)?.into_any()),
+            Self::Ready(Guess::Model(learned)) => Some(Model::known(learned, py)?),
             Self::Torques { torques, shape } => {
                 let rows: Vec<Vec<f64>> = torques
                     .chunks(shape.1.max(1))
@@ -144,71 +189,47 @@ impl Start {
                     .collect();
                 Some(arrays::matrix(py, &rows)?.into_any())
             }
-            Self::Function(_) | Self::Left(..) => None,
+            Self::Ready(_) | Self::Function(_) => None,
         })
     }
 
     /// The method's name for it.
     pub(crate) fn warm_start(&self) -> WarmStart {
         match self {
-            Self::Model(_) => WarmStart::Model,
+            Self::Ready(Guess::Model(_)) => WarmStart::Model,
             _ => WarmStart::Heuristic,
         }
     }
-}
 
-/// Plans a scenario that is not refused; with the start that can be had again, a function's answer for a
-/// function.
-pub(crate) fn plan(
-    bench: &mut Bench<'_>,
-    mission: &Mission,
-    scenario: &NamedScenario,
-    method: &Method,
-    start: &Start,
-) -> Result<(PlanOutcome, Start), Failure> {
-    let clock = bench.caller.clock();
-    with_guess(bench, mission, scenario, method.integrator, start, |planner, guess| {
-        planner.plan_from(&clock, mission, scenario, method, guess)
-    })
-}
-
-/// Hands `work` the start as the library takes it.
-pub(crate) fn with_guess<T>(
-    bench: &mut Bench<'_>,
-    mission: &Mission,
-    scenario: &NamedScenario,
-    integrator: Integrator,
-    start: &Start,
-    work: impl FnOnce(&mut Planner, Guess<'_>) -> T,
-) -> Result<(T, Start), Failure> {
-    let planner = &mut *bench.planner;
-    match start {
-        Start::Heuristic => return Ok((work(planner, Guess::Heuristic), start.clone())),
-        Start::Model(model) => return Ok((work(planner, Guess::Model(model)), start.clone())),
-        Start::Left(plan, elapsed) => {
-            return Ok((work(planner, Guess::Left(plan, *elapsed)), start.clone()));
+    /// The guess as the library takes it, and the start that makes it again: a function's answer for a
+    /// function.
+    pub(crate) fn guess(
+        &self,
+        bench: &mut Bench<'_>,
+        request: &PlanRequest,
+        scenario: &NamedScenario,
+    ) -> Result<(Guess, Self), Failure> {
+        if let Self::Ready(guess) = self {
+            return Ok((guess.clone(), self.clone()));
         }
-        Start::Torques { .. } | Start::Function(_) => {}
+        let approach = bench.approach(request, scenario)?;
+        let shape = (approach.nodes() - 1, size::controls(request.mission.joints()));
+        let torques = match self {
+            Self::Function(function) => {
+                let (function, scene) =
+                    (function.clone(), Scene::new(approach.clone(), scenario.clone()));
+                bench.caller.call(move |py| {
+                    let answer = function.call1(py, (scene,))?;
+                    arrays::numbers("initial_guess", answer.bind(py), shape)
+                })?
+            }
+            Self::Torques { torques, shape: found } if *found == shape => torques.clone(),
+            _ => {
+                let reason = format!("the plan needs torques of shape {shape:?}");
+                return Err(argument("initial_guess", reason).into());
+            }
+        };
+        let motion = approach.roll_out(&torques);
+        Ok((Guess::Given(Arc::new(motion)), Self::Torques { torques, shape }))
     }
-    let refused = |refusal| Failure::Refused(scenario.id.clone(), refusal);
-    let approach = planner.approach(mission, scenario, integrator).map_err(refused)?;
-    let shape = (approach.nodes() - 1, size::controls(mission.joints()));
-    let torques = match start {
-        Start::Function(function) => {
-            let (function, scene) =
-                (function.clone(), Scene::new(approach.clone(), scenario.clone()));
-            bench.caller.call(move |py| {
-                let answer = function.call1(py, (scene,))?;
-                arrays::numbers("initial_guess", answer.bind(py), shape)
-            })?
-        }
-        Start::Torques { torques, shape: found } if *found == shape => torques.clone(),
-        _ => {
-            let reason = format!("the plan needs torques of shape {shape:?}");
-            return Err(argument("initial_guess", reason).into());
-        }
-    };
-    let motion = approach.roll_out(&torques);
-    let planned = work(&mut *bench.planner, Guess::Given(&motion));
-    Ok((planned, Start::Torques { torques, shape }))
 }

@@ -2,19 +2,20 @@
 
 use crate::argument::Argument;
 use crate::arrays;
+use crate::bench::{Bench, with_planner};
 use crate::plan::Plan;
-use crate::planning::{Bench, stoppable, with_planner};
 use crate::raised::{Failure, argument, raised};
-use crate::request::built_in;
-use crate::start::{self, Start};
+use crate::request::PlanRequest;
+use crate::start::Start;
 use crate::waiting::waited;
 use numpy::{PyArray2, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use remora_core::advanced::stages::LINKS;
-use remora_host::method::{Method, WarmStart};
+use remora_host::formats::NamedScenario;
 use remora_host::planning::Subproblem as Solved;
 use remora_host::qp_file::{Bounds, QpFile, QpInterval, QpNode, QpPlace, Rows};
+use remora_host::request::Guess;
 use std::path::PathBuf;
 
 /// A subproblem with its solver's answer, by nodes and intervals: `docs/reference/plan-file.md` says what it means.
@@ -244,18 +245,18 @@ impl Subproblem {
     }
 }
 
-/// How a plan was made, where that can be known.
-fn recipe(plan: &Plan) -> PyResult<(Method, Start)> {
-    if let Some(recipe) = &plan.recipe {
-        return Ok(recipe.clone());
+/// Request that makes a plan again, where that can be known.
+fn request(plan: &Plan) -> PyResult<PlanRequest> {
+    let mission = plan.mission.clone();
+    if let Some((method, start)) = plan.recipe.clone() {
+        return Ok(PlanRequest { mission, method, start });
     }
-    let integrator = plan.file.integrator;
-    let (warm_start, start) = match plan.file.warm_start.as_str() {
-        "heuristic" => (WarmStart::Heuristic, Start::Heuristic),
-        "model" | "fallback" => (WarmStart::Model, Start::Model(built_in(integrator))),
+    let start = match plan.file.warm_start.as_str() {
+        "heuristic" => Start::Ready(Guess::Heuristic),
+        "model" | "fallback" => Start::built_in(plan.file.integrator),
         other => return Err(argument("plan", format!("its start, {other:?}, is not in its file"))),
     };
-    Ok((plan.method(warm_start), start))
+    Ok(PlanRequest { mission, method: plan.method(start.warm_start()), start })
 }
 
 /// Subproblem `k` of a stage of a plan, for `remora.subproblem`.
@@ -276,10 +277,10 @@ pub(crate) fn subproblem(
     if !(1..=2).contains(&stage) {
         return Err(argument("stage", "must be 1 or 2"));
     }
-    let (method, start) = recipe(plan)?;
+    let request = request(plan)?;
     let again = shared.clone_ref(py);
     let (found, output) = waited(py, move |caller| {
-        with_planner(caller, |bench| watched(bench, again.get(), (&method, &start), (stage, k)))
+        with_planner(caller, |bench| watched(bench, &request, &again.get().scenario, (stage, k)))
     })?;
     if output != plan.output() {
         return Err(argument("plan", "made again it is another: its start is not in its file"));
@@ -296,8 +297,8 @@ type Found = (Option<Result<QpFile, remora_host::error::FieldError>>, u64);
 /// Makes a plan again and keeps one subproblem.
 fn watched(
     bench: &mut Bench<'_>,
-    plan: &Plan,
-    (method, start): (&Method, &Start),
+    asked: &PlanRequest,
+    scenario: &NamedScenario,
     (stage, k): (u64, u64),
 ) -> Result<Found, Failure> {
     let (mut found, mut iteration) = (None, 0);
@@ -307,22 +308,14 @@ fn watched(
         }
         iteration += 1;
         if iteration == k {
-            let place = QpPlace { scenario: &plan.scenario.id, stage, iteration, correction: 0 };
-            found = Some(QpFile::new(&place, method, &solve));
+            let place = QpPlace { scenario: &scenario.id, stage, iteration, correction: 0 };
+            found = Some(QpFile::new(&place, &asked.method, &solve));
         }
     };
-    let (clock, until) = (bench.caller.clock(), stoppable(method));
-    let mission = plan.mission.judged();
-    let (planned, _) = start::with_guess(
-        bench,
-        mission,
-        &plan.scenario,
-        method.integrator,
-        start,
-        |planner, guess| {
-            planner.plan_watched(&clock, mission, &plan.scenario, &until, guess, &mut watch)
-        },
-    )?;
+    let mut request = asked.stoppable();
+    request.guess = asked.start.guess(bench, &request, scenario)?.0;
+    let clock = bench.caller.clock();
+    let planned = bench.planner.plan_watched(&clock, &request, scenario, &mut watch);
     let output = u64::from_str_radix(&planned.evidence.output, 16).unwrap_or(0);
     Ok((found, output))
 }

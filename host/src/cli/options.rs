@@ -6,10 +6,10 @@ use remora_host::choice::Choice;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::formats::{Mission, NamedScenario, ScenarioSet, check_arm, read_mission};
-use remora_host::learned::Learned;
 use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
 use remora_host::parts::Scenarios;
+use remora_host::request::PlanRequest;
 use std::fmt::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -56,32 +56,37 @@ pub struct MethodArgs {
 }
 
 impl MethodArgs {
-    /// The method, without a deadline.
-    pub fn method(&self) -> Method {
-        let Self { mode, warm_start, integrator: IntegratorArgs { integrator }, qp, .. } = *self;
-        Method { mode, warm_start, qp, integrator, ..Method::default() }
+    /// Discretisation of Stage 2.
+    pub fn integrator(&self) -> Integrator {
+        self.integrator.integrator
     }
 
-    /// The method of plans that must end in time.
-    pub fn method_until(&self, deadline: &DeadlineArgs) -> Method {
-        Method { deadline: deadline.deadline, ..self.method() }
+    /// The request for plans of a mission, which end in time where a deadline is given.
+    pub fn request(
+        &self,
+        mission: Mission,
+        deadline: Option<Deadline>,
+    ) -> Result<PlanRequest, Error> {
+        let (integrator, sharp) = (self.integrator(), false);
+        let Self { mode, warm_start, qp, .. } = *self;
+        let method = Method { mode, warm_start, qp, integrator, deadline, sharp };
+        PlanRequest::new(mission, method, self.model.as_deref())
     }
 
-    /// The model of a learned start, where one is asked for.
-    pub fn model(&self) -> Result<Option<Learned>, Error> {
-        Learned::chosen(self.warm_start, self.model.as_deref(), self.integrator.integrator)
-    }
-
-    /// Model for results over many scenarios. Refuses one that has learnt from any of them, itself or
-    /// an ancestor.
-    pub fn model_to_judge(&self, scenarios: &[NamedScenario]) -> Result<Option<Learned>, Error> {
-        let learned = self.model()?;
-        let Some(model) = learned.as_ref().and_then(Learned::model) else { return Ok(learned) };
-        let checksum = learned.as_ref().map_or(0, Learned::checksum);
-        let provenance = &model.header().provenance;
-        let name = learned.as_ref().map_or(String::new(), |learned| learned.record().name);
+    /// The request of results over many scenarios. Refuses a model that has learnt from any of them,
+    /// itself or an ancestor.
+    pub fn request_to_judge(
+        &self,
+        mission: Mission,
+        deadline: Option<Deadline>,
+        scenarios: &[NamedScenario],
+    ) -> Result<PlanRequest, Error> {
+        let request = self.request(mission, deadline)?;
+        let Some(learned) = request.guess.model() else { return Ok(request) };
+        let Some(model) = learned.model() else { return Ok(request) };
+        let (name, provenance) = (learned.record().name, &model.header().provenance);
         let lineage = match &self.model {
-            Some(file) => Lineage::beside(file, checksum, provenance)?,
+            Some(file) => Lineage::beside(file, learned.checksum(), provenance)?,
             None => Lineage::of_header(&name, provenance),
         };
         if let Some(id) = lineage.learnt(scenarios) {
@@ -91,7 +96,7 @@ impl MethodArgs {
             );
             return Err(Error::argument("--model", reason));
         }
-        Ok(learned)
+        Ok(request)
     }
 }
 
@@ -101,7 +106,7 @@ pub struct DeadlineArgs {
     /// Time for each plan, a positive number; past it the best iterate is kept, so that results
     /// depend on the machine and its load [default: none]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
-    deadline: Option<Deadline>,
+    pub deadline: Option<Deadline>,
 }
 
 /// One scenario of a set.

@@ -11,9 +11,10 @@ use clap::Subcommand;
 use remora_host::campaign::{Campaign, Summary};
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{Mission, Verdict};
+use remora_host::formats::{Mission, NamedScenario, Verdict};
 use remora_host::learned::Learned;
 use remora_host::parts::{self, Difference, GatheredParts, Job, Scenarios};
+use remora_host::request::PlanRequest;
 use std::io::{Write, stderr};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -157,7 +158,7 @@ impl Args {
         if let Some(part) = self.part.part {
             let job = self.job(mission, arguments()?)?;
             let made = parts::make(&job, part, self.jobs.jobs(), &out, &mut Bar::named("part"))?;
-            warn_of(job.model.as_ref());
+            warn_of(job.request.guess.model());
             return Output::new(report::part_report(&made), true).or_json(self.json.json, &made);
         }
         let chosen = self.in_one_piece(&mission)?;
@@ -170,9 +171,7 @@ impl Args {
             return Err(Error::argument("--write", reason));
         }
         let campaign = Campaign {
-            mission,
-            method: self.method.method_until(&self.deadline),
-            model: self.method.model_to_judge(&chosen.scenarios)?,
+            request: self.request(mission, &chosen.scenarios)?,
             scenarios: chosen.scenarios,
             seed: chosen.seed,
             jobs: self.jobs.jobs(),
@@ -181,7 +180,7 @@ impl Args {
             out,
         };
         let mut results = campaign.run(&mut Bar::named("campaign"))?;
-        warn_of(campaign.model.as_ref());
+        warn_of(campaign.request.guess.model());
         if self.writes(CampaignFile::Report) {
             results.files.push(report::write_campaign_page(&campaign.out, &results)?);
         }
@@ -216,16 +215,12 @@ impl Args {
             Scenarios::Drawn { .. } => &[scenarios.get(0, &mission)?][..],
             Scenarios::Listed(all) => all,
         };
-        let (method, model) =
-            (self.method.method_until(&self.deadline), self.method.model_to_judge(met)?);
-        Ok(Job {
-            scenarios,
-            mission,
-            method,
-            model,
-            nodes: self.writes(CampaignFile::Nodes),
-            command,
-        })
+        let request = self.request(mission, met)?;
+        Ok(Job { scenarios, request, nodes: self.writes(CampaignFile::Nodes), command })
+    }
+
+    fn request(&self, mission: Mission, met: &[NamedScenario]) -> Result<PlanRequest, Error> {
+        self.method.request_to_judge(mission, self.deadline.deadline, met)
     }
 
     /// Plans a sample of the parts that this command made again.

@@ -8,6 +8,8 @@ use crate::report;
 use remora_host::draw::MAX_COUNT;
 use remora_host::error::Error;
 use remora_host::learned::Learned;
+use remora_host::method::Method;
+use remora_host::request::PlanRequest;
 use remora_learn::dataset::{Recipe, SHARD};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -64,13 +66,13 @@ impl Args {
     pub(super) fn run(self) -> Result<Output, Error> {
         let mission = self.mission.of_all_nodes()?;
         let joints = mission.joints();
+        let (integrator, sharp) = (self.integrator.integrator, self.sharp);
+        let method = Method { integrator, sharp, ..Method::default() };
+        let guess = self.model.as_deref().map(Learned::usable).transpose()?.into();
         let recipe = Recipe {
             count: self.count,
             seed: self.seed,
-            integrator: self.integrator.integrator,
-            model: self.model.as_deref().map(Learned::usable).transpose()?,
-            sharp: self.sharp,
-            mission,
+            request: PlanRequest { mission, method, guess, ..PlanRequest::default() },
             mission_file: self.mission.file().map(Path::to_path_buf),
             shard: self.shard,
             jobs: self.jobs.jobs(),

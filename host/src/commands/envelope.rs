@@ -7,8 +7,9 @@ use crate::report;
 use remora_host::draw::MAX_COUNT;
 use remora_host::envelope::{self, Envelope, Grid, Number, Vehicle};
 use remora_host::error::Error;
-use remora_host::learned::Learned;
+use remora_host::formats::Mission;
 use remora_host::method::{Integrator, Method, WarmStart};
+use remora_host::request::PlanRequest;
 use std::path::PathBuf;
 
 /// Map where the planner works, over tumble rate, distance and horizon, for some vehicles.
@@ -76,14 +77,14 @@ impl Args {
         };
         let integrator = self.integrator.unwrap_or(envelope::INTEGRATOR);
         let count = if self.coarse { envelope::COARSE_COUNT } else { envelope::COUNT };
-        let warm_start = self.warm_start;
+        let method = Method { integrator, warm_start: self.warm_start, ..Method::default() };
         let envelope = Envelope {
             vehicles,
             grid,
             count: self.count.unwrap_or(count),
             seed: self.seed,
-            method: Method { integrator, warm_start, ..Method::default() },
-            model: Learned::chosen(warm_start, None, integrator)?,
+            // Each cell has a mission of its own.
+            request: PlanRequest::new(Mission::default(), method, None)?,
             jobs: self.jobs.jobs(),
         };
         let default = if self.coarse { "runs/envelope-coarse" } else { "runs/envelope" };

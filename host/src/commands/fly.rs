@@ -14,8 +14,8 @@ use remora_flight::parts::is_flown_in;
 use remora_host::campaign::plans_of;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, make_directory};
-use remora_host::planning::PlanJob;
-use remora_host::threads::Threads;
+use remora_host::memory::on_large_stack;
+use remora_host::planning::{Planner, check_writable};
 use std::path::{Path, PathBuf};
 
 /// Fly a plan in a world that it does not know.
@@ -209,26 +209,25 @@ impl Args {
     fn fly_scenario(&self) -> Result<Output, Error> {
         let mission = self.mission.mission()?;
         let joints = mission.joints();
-        let method = self.method.method_until(&self.deadline);
-        if !method.integrator.is_flown() {
+        let integrator = self.method.integrator();
+        if !integrator.is_flown() {
             let reason = "euler plans say nothing between their nodes; fly rk4's";
             return Err(Error::argument("--integrator", reason));
         }
         self.flying.check_orbit(&mission.orbit)?;
         let errors = FlyingArgs::errors(self.errors.as_deref(), joints)?;
-        let scenario = self.scenario.scenario(&self.mission, &mission, method.integrator)?;
+        let scenario = self.scenario.scenario(&self.mission, &mission, integrator)?;
         let path = Path::new("plans").join(format!("{}.plan.json", scenario.id));
         let out = self.out().join(&path);
-        let (threads, model) = (Threads::default(), self.method.model()?);
-        let job = PlanJob { scenario, mission, method, model, threads, is_scrubbed: false, out };
-        if let Some(refusal) = job.refusal()? {
-            return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
+        let request = self.method.request(mission, self.deadline.deadline)?;
+        if let Some(refusal) = request.refusal(&scenario)? {
+            return Ok(Output::new(report::refusal_report(&scenario.id, &refusal), false));
         }
         make_directory(&self.out().join("plans"))?;
-        job.check_writable()?;
-        let planned = job.plan()?;
+        check_writable(&out)?;
+        let planned = on_large_stack(|| Planner::new().plan(&request, &scenario))?;
         if !self.is_there(&path, &planned.file)? {
-            job.write(&planned)?;
+            planned.write(&out)?;
         }
         self.fly(vec![path], &planned.file, joints, errors)
     }

@@ -8,10 +8,12 @@ use super::options::{
 use crate::report;
 use remora_host::choice::Choice;
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, check_writable, make_directory, plan_stem, write_atomically};
+use remora_host::formats::{self, Mission, PlanFile, make_directory, plan_stem, write_atomically};
+use remora_host::memory::on_large_stack;
 use remora_host::picture;
-use remora_host::planning::{PlanJob, PlanOutcome};
+use remora_host::planning::{self, PlanOutcome, Planner};
 use remora_host::report::iteration_log;
+use remora_host::request::PlanRequest;
 use remora_host::threads::Threads;
 use std::path::{Path, PathBuf};
 
@@ -108,51 +110,47 @@ impl Args {
         if let Some(list) = self.scenario.listed()? {
             return Ok(Output::data(list));
         }
-        let job = self.job()?;
-        if let Some(refusal) = job.refusal()? {
-            return Ok(Output::new(report::refusal_report(&job.scenario.id, &refusal), false));
+        let mission = self.mission.mission()?;
+        let scenario = self.scenario.scenario(&self.mission, &mission, self.method.integrator())?;
+        let request = PlanRequest {
+            threads: self.jobs,
+            is_scrubbed: self.scrub,
+            ..self.method.request(mission, self.deadline.deadline)?
+        };
+        if let Some(refusal) = request.refusal(&scenario)? {
+            return Ok(Output::new(report::refusal_report(&scenario.id, &refusal), false));
         }
-        self.prepare(&job)?;
-        let planned = if is_stdout(&job.out) { job.plan()? } else { job.run()? };
+        let default = || Path::new(FOLDER).join(format!("{}.plan.json", scenario.id));
+        let out = &self.out.clone().unwrap_or_else(default);
+        self.prepare(&scenario.id, out)?;
+        let planned = on_large_stack(|| Planner::new().plan(&request, &scenario))?;
+        if !is_stdout(out) {
+            planned.write(out)?;
+        }
         if let Some(refusal) = &planned.refusal {
-            return Ok(Output::new(report::refusal_report(&job.scenario.id, refusal), false));
+            return Ok(Output::new(report::refusal_report(&scenario.id, refusal), false));
         }
-        if let Some(drawing) = self.drawing(&job.out)? {
-            let svg = picture::svg(&planned.file, &job.mission)?;
+        if let Some(drawing) = self.drawing(out)? {
+            let svg = picture::svg(&planned.file, &mission)?;
             write_atomically(&drawing, svg.as_bytes())?;
         }
         let verdict = planned.file.verdict.unwrap_or_default();
-        let is_data = self.json.json || is_stdout(&job.out);
-        Output::judged(self.report(&planned, &job)?, verdict).or_json(is_data, &planned.file)
-    }
-
-    fn job(&self) -> Result<PlanJob, Error> {
-        let mission = self.mission.mission()?;
-        let integrator = self.method.method().integrator;
-        let scenario = self.scenario.scenario(&self.mission, &mission, integrator)?;
-        let default = || Path::new(FOLDER).join(format!("{}.plan.json", scenario.id));
-        let out = self.out.clone().unwrap_or_else(default);
-        Ok(PlanJob {
-            scenario,
-            mission,
-            method: self.method.method_until(&self.deadline),
-            model: self.method.model()?,
-            threads: self.jobs,
-            is_scrubbed: self.scrub,
-            out,
-        })
+        let is_data = self.json.json || is_stdout(out);
+        let text = self.report(&planned, &mission, out)?;
+        Output::judged(text, verdict).or_json(is_data, &planned.file)
     }
 
     /// Finds out before planning what cannot be written or must be kept.
-    fn prepare(&self, job: &PlanJob) -> Result<(), Error> {
-        match &self.out {
-            None => make_directory(Path::new(FOLDER))?,
-            Some(out) if !is_stdout(out) && !is_plan_of(out, &job.scenario.id) => {
-                self.force.keep(out)?;
-            }
-            Some(_) => {}
+    fn prepare(&self, scenario: &str, out: &Path) -> Result<(), Error> {
+        if self.out.is_none() {
+            make_directory(Path::new(FOLDER))?;
+        } else if !is_stdout(out) && !is_plan_of(out, scenario) {
+            self.force.keep(out)?;
         }
-        self.drawing(&job.out)?.map_or(Ok(()), |drawing| check_writable(&drawing))
+        if let Some(drawing) = self.drawing(out)? {
+            formats::check_writable(&drawing)?;
+        }
+        if is_stdout(out) { Ok(()) } else { planning::check_writable(out) }
     }
 
     /// Where the drawing of a plan goes, beside it, if one is asked for.
@@ -167,19 +165,24 @@ impl Args {
         }
     }
 
-    fn report(&self, planned: &PlanOutcome, job: &PlanJob) -> Result<String, Error> {
+    fn report(
+        &self,
+        planned: &PlanOutcome,
+        mission: &Mission,
+        out: &Path,
+    ) -> Result<String, Error> {
         let mut text = String::new();
         if self.verbose {
             text.push_str(&iteration_log("Stage 1, translation", &planned.logs[0]));
             text.push_str(&iteration_log("Stage 2, reorientation", &planned.logs[1]));
             text.push_str(&report::evidence(planned));
         }
-        text.push_str(&report::plan_report(planned, &job.mission, &job.out));
-        if let Some(drawing) = self.drawing(&job.out)? {
+        text.push_str(&report::plan_report(planned, mission, out));
+        if let Some(drawing) = self.drawing(out)? {
             text += &format!("written: {}\n", drawing.display());
         }
-        text += &report::packet_report(planned, &job.out)?;
-        text += &format!("look at it: {} view {}\n", called(), job.out.display());
+        text += &report::packet_report(planned, out)?;
+        text += &format!("look at it: {} view {}\n", called(), out.display());
         Ok(text)
     }
 }

@@ -22,12 +22,10 @@ pub(super) struct ProgramsArgs {
 impl ProgramsArgs {
     /// Plans, and writes every subproblem that is solved on the way.
     pub(super) fn write(self, out: PathBuf, force: bool, json: JsonArgs) -> Result<Output, Error> {
-        let (mission, method) = (self.mission.of_default_arm()?, self.method.method());
+        let (mission, integrator) = (self.mission.of_default_arm()?, self.method.integrator());
         let job = ExportJob {
-            scenario: self.scenario.scenario(&self.mission, &mission, method.integrator)?,
-            mission,
-            method,
-            model: self.method.model()?,
+            scenario: self.scenario.scenario(&self.mission, &mission, integrator)?,
+            request: self.method.request(mission, None)?,
             out,
             force,
         };

@@ -22,6 +22,8 @@ mod moving;
 mod numbers;
 mod parts;
 mod plan;
+#[path = "../../library/tests/qp/polish/mod.rs"]
+mod polish;
 mod qp_export;
 mod quantise;
 mod refusals;

@@ -1,11 +1,11 @@
 //! `remora export --format qp`, and `--qp` of the commands that plan.
 
 use super::bench::{Bench, timeless};
+use super::polish::polish;
 use remora_core::advanced::qp::QpSolver;
 use remora_core::advanced::time::Deadline;
 use remora_host::backend::ClarabelQp;
 use remora_host::kkt::{Kkt, objective};
-use remora_host::polish::polish;
 use remora_host::qp_file::QpFile;
 use std::fs;
 

@@ -46,14 +46,6 @@ pub fn exponential(vector: &Vector3<f64>) -> Quaternion {
     [factor * vector.x, factor * vector.y, factor * vector.z, libm::cos(0.5 * angle)]
 }
 
-/// The rotation vector [rad] of a unit quaternion, no longer than pi.
-pub fn logarithm(q: &Quaternion) -> Vector3<f64> {
-    let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
-    let vector = Vector3::new(q[0], q[1], q[2]) * sign;
-    let sine = length(&vector);
-    if sine < 1e-9 { vector * 2.0 } else { vector * (2.0 * libm::atan2(sine, sign * q[3]) / sine) }
-}
-
 /// The rotation matrix of a quaternion of any norm but zero.
 #[inline]
 pub fn matrix(q: &Quaternion) -> Matrix3<f64> {

@@ -53,11 +53,6 @@ impl TargetState {
         y[10..].copy_from_slice(self.rate.as_slice());
         y
     }
-
-    /// Inertial rate in inertial axes [rad/s].
-    pub fn inertial_rate(&self) -> Vector3<f64> {
-        matrix(&self.attitude) * self.rate
-    }
 }
 
 /// Orbit by gravity alone; attitude by Euler's equations with gravity gradient and disturbance.

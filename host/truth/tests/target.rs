@@ -3,7 +3,7 @@
 use crate::common;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use remora_truth::rotation::{inverse, logarithm, product};
+use remora_truth::rotation::{inverse, product};
 use remora_truth::{Command, Environment, Oblateness, Orbit, TargetState, World};
 
 /// The target's motion at some times [s].
@@ -18,8 +18,10 @@ fn motions(times: &[f64], change: impl FnOnce(&mut remora_truth::Setup<3>)) -> V
     times.iter().map(&mut at).collect()
 }
 
+/// Angle between two attitudes [rad].
 fn apart(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    logarithm(&product(a, &inverse(b))).norm()
+    let [x, y, z, w] = product(a, &inverse(b));
+    2.0 * Vector3::new(x, y, z).norm().atan2(w.abs())
 }
 
 #[test]

@@ -7,15 +7,14 @@ use remora_host::draw::draw_one;
 use remora_host::error::Error;
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{
-    Limit, Mission, NamedScenario, Status, lock, lock_shared, make_directory, open_regular,
-    open_to_write, read_bytes, read_mission, remove_partials, remove_partials_among, write_first,
+    Limit, NamedScenario, Status, lock, lock_shared, make_directory, open_regular, open_to_write,
+    read_bytes, read_mission, remove_partials, remove_partials_among, write_first,
 };
-use remora_host::learned::Learned;
-use remora_host::method::{Integrator, Method};
 use remora_host::part::Part;
 use remora_host::planning::Planner;
 use remora_host::pool;
 use remora_host::progress::Progress;
+use remora_host::request::PlanRequest;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::num::{NonZeroU32, NonZeroUsize};
@@ -28,15 +27,9 @@ pub struct Recipe {
     pub count: u64,
     /// Seed of the draw.
     pub seed: u64,
-    /// Discretisation of Stage 2.
-    pub integrator: Integrator,
-    /// Model of a learned start; none is the heuristic. What a network is taught by it is where
-    /// the optimiser takes its own rollouts.
-    pub model: Option<Learned>,
-    /// Whether Stage 2 goes on beyond what plans need: see [`Method::sharp`].
-    pub sharp: bool,
-    /// The mission; valid.
-    pub mission: Mission,
+    /// How to plan. What a network is taught by a model's guess is where the optimiser takes its own
+    /// rollouts.
+    pub request: PlanRequest,
     /// The file of the mission, where it is not the built-in one: it is kept beside the shards.
     pub mission_file: Option<PathBuf>,
     /// Scenarios a shard; an interruption loses the shards that are not complete.
@@ -120,16 +113,10 @@ impl Recipe {
             made.kept += u64::from(trajectory.is_some());
             self.file_away(&dataset, &mut open, index, trajectory)
         };
-        let method = self.method();
-        let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
+        let plan = |planner: &mut Planner, index| self.plan(planner, index);
         let outcome = pool::plan_all(self.jobs, &pending, plan, finish);
         progress.end();
         outcome.map(|()| made)
-    }
-
-    /// How its plans are made.
-    pub(super) fn method(&self) -> Method {
-        Method { integrator: self.integrator, sharp: self.sharp, ..Method::default() }
     }
 
     /// Refuses a directory of another dataset, without changing anything: another manifest; where it is gone
@@ -194,17 +181,15 @@ impl Recipe {
     pub(super) fn plan(
         &self,
         planner: &mut Planner,
-        method: &Method,
         index: u64,
     ) -> Result<Option<Box<Trajectory>>, Error> {
-        let plan =
-            planner.plan(&self.mission, &self.draw(index)?, method, self.model.as_ref()).file;
+        let plan = planner.plan(&self.request, &self.draw(index)?).file;
         let is_solved = plan.status == Status::Solved;
         Ok(is_solved.then(|| Box::new(Trajectory::new(index, &plan))))
     }
 
     fn draw(&self, index: u64) -> Result<NamedScenario, Error> {
-        draw_one(self.seed, index, &self.mission).ok_or_else(|| {
+        draw_one(self.seed, index, &self.request.mission).ok_or_else(|| {
             let reason = "its geometry lets no start satisfy keep-out and pointing";
             Error::argument("--mission", reason)
         })
@@ -229,7 +214,7 @@ impl Recipe {
         }
         let kept: Vec<Trajectory> = std::mem::take(&mut shard.kept).into_values().collect();
         open.remove(&first);
-        let place = Place { dataset, joints: self.mission.joints(), first, tried };
+        let place = Place { dataset, joints: self.request.mission.joints(), first, tried };
         shard::write(&self.shard_path(first), place, &kept)
     }
 

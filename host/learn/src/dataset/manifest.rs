@@ -12,6 +12,7 @@ use remora_host::formats::{
 };
 use remora_host::learned::Learned;
 use remora_host::method::Integrator;
+use remora_host::request::PlanRequest;
 use remora_host::settings::settings_text;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
@@ -65,16 +66,17 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of what a recipe makes.
     pub fn new(recipe: &Recipe) -> Self {
-        let links = recipe.mission.joints();
+        let PlanRequest { mission, method, guess, .. } = &recipe.request;
+        let links = mission.joints();
         Self {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
             seed: recipe.seed,
             count: recipe.count,
-            integrator: recipe.integrator,
-            model: recipe.model.as_ref().map(Self::name_of),
-            mission: fingerprint(&recipe.mission),
-            settings: fingerprint(&settings_text(&recipe.method())),
+            integrator: method.integrator,
+            model: guess.model().map(Self::name_of),
+            mission: fingerprint(mission),
+            settings: fingerprint(&settings_text(method)),
             shard: recipe.shard.get(),
             nodes: NODES,
             links,

@@ -159,16 +159,19 @@ mod tests {
     use remora_host::memory::on_large_stack;
     use remora_host::method::{Integrator, Method};
     use remora_host::planning::Planner;
+    use remora_host::request::PlanRequest;
     use std::num::{NonZeroU32, NonZeroUsize};
+
+    fn request() -> PlanRequest {
+        let method = Method { integrator: Integrator::Euler, ..Method::default() };
+        PlanRequest { method, ..PlanRequest::default() }
+    }
 
     fn recipe(out: &Path) -> Recipe {
         Recipe {
             count: 4,
             seed: 3,
-            integrator: Integrator::Euler,
-            model: None,
-            sharp: false,
-            mission: Mission::default(),
+            request: request(),
             mission_file: None,
             shard: SHARD,
             jobs: NonZeroUsize::new(2).unwrap(),
@@ -179,10 +182,8 @@ mod tests {
 
     /// The plan of the first scenario of [`recipe`].
     pub(super) fn plan() -> PlanFile {
-        let mission = Mission::default();
-        let scenario = draw_one(3, 0, &mission).unwrap();
-        let method = Method { integrator: Integrator::Euler, ..Method::default() };
-        on_large_stack(|| Planner::new().plan(&mission, &scenario, &method, None).file).unwrap()
+        let scenario = draw_one(3, 0, &Mission::default()).unwrap();
+        on_large_stack(|| Planner::new().plan(&request(), &scenario).file).unwrap()
     }
 
     #[test]
@@ -209,7 +210,9 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let made = |name: &str, sharp: bool| {
             let out = dir.path().join(name);
-            Recipe { sharp, ..recipe(&out) }.make(&mut ()).unwrap();
+            let mut recipe = recipe(&out);
+            recipe.request.method.sharp = sharp;
+            recipe.make(&mut ()).unwrap();
             Dataset::open(&out, 3).unwrap()
         };
         let (plain, sharp) = (made("plain", false), made("sharp", true));
@@ -270,7 +273,8 @@ mod tests {
     fn a_dataset_is_of_an_arm() {
         let dir = tempfile::tempdir().unwrap();
         let mission = Mission::from(Mission::default().sized::<2>());
-        let manifest = Manifest::new(&Recipe { mission, ..recipe(dir.path()) });
+        let request = PlanRequest { mission, ..request() };
+        let manifest = Manifest::new(&Recipe { request, ..recipe(dir.path()) });
         assert_eq!((manifest.links, manifest.state, manifest.control), (2, 11, 5));
         manifest.write(&dir.path().join(MANIFEST)).unwrap();
         let file = shard_path(dir.path(), 0);

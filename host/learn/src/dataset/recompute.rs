@@ -7,10 +7,12 @@ use remora_host::draw::id;
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::Mission;
 use remora_host::learned::Learned;
+use remora_host::method::Method;
 use remora_host::part::Part;
 use remora_host::parts::{Difference, Sample, Then, again};
 use remora_host::planning::Planner;
 use remora_host::progress::Progress;
+use remora_host::request::PlanRequest;
 use std::collections::BTreeMap;
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::Path;
@@ -70,20 +72,19 @@ impl Manifest {
         out: &Path,
     ) -> Result<Recipe, FieldError> {
         let shard = NonZeroU32::new(self.shard).ok_or_else(|| FieldError::new("shard", "is 0"))?;
+        let method = Method { integrator: self.integrator, ..Method::default() };
         let plain = Recipe {
             count: self.count,
             seed: self.seed,
-            integrator: self.integrator,
-            model,
-            sharp: false,
-            mission,
+            request: PlanRequest { mission, method, guess: model.into(), ..Default::default() },
             mission_file: None,
             shard,
             jobs,
             part: None,
             out: out.into(),
         };
-        let sharp = Recipe { sharp: true, ..plain.clone() };
+        let mut sharp = plain.clone();
+        sharp.request.method.sharp = true;
         let is_ours = |recipe: &Recipe| Self::new(recipe).settings == self.settings;
         [plain, sharp].into_iter().find(is_ours).ok_or_else(|| {
             FieldError::new("settings", "are of another version of the planner than this one")
@@ -99,8 +100,7 @@ impl Recipe {
         progress: &mut dyn Progress,
     ) -> Result<Vec<Difference>, Error> {
         let kept = self.sampled(manifest, sample)?;
-        let method = self.method();
-        let plan = |planner: &mut Planner, index| self.plan(planner, &method, index);
+        let plan = |planner: &mut Planner, index| self.plan(planner, index);
         let differs = |then: &Option<Trajectory>, again: &Option<Box<Trajectory>>| {
             differs(then.as_ref(), again.as_deref()).map(String::from)
         };

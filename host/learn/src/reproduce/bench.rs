@@ -15,6 +15,7 @@ use remora_host::learned::{Learned, Memories};
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
 use remora_host::progress::Progress;
+use remora_host::request::PlanRequest;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -50,12 +51,12 @@ impl Bench<'_> {
             Start::Model(..) => WarmStart::Model,
         };
         let (mode, integrator) = (run.mode, self.integrator);
+        let method = Method { mode, warm_start, integrator, ..Method::default() };
+        let guess = model(&run.start)?.into();
         Ok(Campaign {
             scenarios: self.scenarios.clone(),
             seed: None,
-            mission: self.mission,
-            method: Method { mode, warm_start, integrator, ..Method::default() },
-            model: model(&run.start)?,
+            request: PlanRequest { mission: self.mission, method, guess, ..Default::default() },
             jobs: self.jobs,
             // Rollouts begin from their Stage 1.
             save_plans: *run == Run::heuristic(Mode::Optimal),

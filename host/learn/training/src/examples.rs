@@ -5,6 +5,7 @@
 //! example may be *disturbed*: it follows the trajectory as a rollout with random errors in its
 //! rates would, and its actions lead back.
 
+use crate::random::{normal, uniform};
 use nalgebra::{SVector, Vector3};
 use rand_chacha::ChaCha8Rng;
 use remora_core::advanced::dynamics::{Acceleration, Control, Integrator, State};
@@ -14,7 +15,6 @@ use remora_core::advanced::stages::{NODES, TranslationTrajectory, size};
 use remora_core::advanced::warmstart::{Action, Encoding, MAX_FEATURES, Scene};
 use remora_host::formats::{JointVector, MAX_JOINTS, Mission, Motion, Scenario};
 use remora_host::padded::own_features;
-use remora_host::perturbation::{normal, uniform};
 use remora_learn::dataset::Trajectory;
 use serde::{Deserialize, Serialize};
 

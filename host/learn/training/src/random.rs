@@ -49,7 +49,7 @@ impl Random {
 
     /// Uniform in `[0, 1)`.
     pub fn uniform(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+        uniform(&mut self.stream)
     }
 
     /// Uniform in `0..count`; the bias of the remainder is far below any count used here.
@@ -81,6 +81,17 @@ impl Random {
         }
         order
     }
+}
+
+/// Uniform in `[0, 1)`, from 53 bits.
+pub fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// A standard normal number by Box and Muller: models on record have learnt from examples with these.
+pub fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let (a, b) = (1.0 - uniform(random), uniform(random));
+    (-2.0 * f64::ln(a)).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
 #[cfg(test)]

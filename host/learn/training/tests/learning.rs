@@ -9,6 +9,7 @@ use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, WarmStart};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use remora_training::checkpoint::LossRow;
 use remora_training::learning::{Hands, Learning, Learnt};
 use remora_training::network::Losses;
@@ -56,11 +57,13 @@ fn learn(learning: &Learning) -> Result<Learnt, Error> {
 }
 
 /// What a plan of a mission starts from where a model is offered to it.
-fn start(mission: &Mission, model: &Learned) -> GuessRecord {
+fn start(mission: &Mission, model: Learned) -> GuessRecord {
     let scenario = draw_one(1, 0, mission).unwrap();
     let integrator = Integrator::Euler;
     let method = Method { integrator, warm_start: WarmStart::Model, ..Method::default() };
-    let plan = || Planner::new().plan(mission, &scenario, &method, Some(model));
+    let (mission, guess) = (*mission, model.into());
+    let request = PlanRequest { mission, method, guess, ..Default::default() };
+    let plan = || Planner::new().plan(&request, &scenario);
     on_large_stack(plan).unwrap().evidence.start
 }
 
@@ -78,18 +81,18 @@ fn a_model_of_two_joints_serves_two_joints() {
     assert_eq!((header.version, header.action, usize::from(header.nodes)), (2, 5, NODES));
     assert!(file.bytes() == std::fs::read(&out).unwrap());
     let model = Learned::usable(&out).unwrap();
-    let own = start(&mission, &model);
+    let own = start(&mission, model.clone());
     assert!(
         !matches!(own, GuessRecord::Unfit | GuessRecord::Refused | GuessRecord::NotFinite),
         "{own:?}"
     );
 
     // Neither for fewer joints nor for more, whatever build they are planned in.
-    assert_eq!(start(&Mission::default(), &model), GuessRecord::Unfit);
+    assert_eq!(start(&Mission::default(), model.clone()), GuessRecord::Unfit);
     let one = arm("one", 1);
-    assert_eq!(start(&one, &model), GuessRecord::Unfit);
-    assert_eq!(start(&arm("seven", 7), &model), GuessRecord::Unfit);
-    assert_eq!(start(&mission, &Learned::built_in(Integrator::Euler)), GuessRecord::Unfit);
+    assert_eq!(start(&one, model.clone()), GuessRecord::Unfit);
+    assert_eq!(start(&arm("seven", 7), model), GuessRecord::Unfit);
+    assert_eq!(start(&mission, Learned::built_in(Integrator::Euler)), GuessRecord::Unfit);
 
     // It goes on where it is, and with no other arm.
     let reason = learn(&learning(one, &out)).unwrap_err().to_string();

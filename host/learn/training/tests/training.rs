@@ -2,7 +2,8 @@
 
 use remora_core::advanced::nn::{Model, Network as Inference, ReferenceMemory};
 use remora_host::formats::{Mission, ModelFile, Values, read_mission};
-use remora_host::method::Integrator;
+use remora_host::method::{Integrator, Method};
+use remora_host::request::PlanRequest;
 use remora_learn::dataset::{MISSION, Recipe, SHARD};
 use remora_learn::quantise::quantise;
 use remora_training::checkpoint::LossRow;
@@ -327,16 +328,14 @@ fn datasets_of_many_servicers_are_learnt_from_together() {
         .unwrap();
     let mission = read_mission(Some(&heavier)).unwrap();
     let servicers = dir.path().join("servicers");
+    let method = Method { integrator: Integrator::Euler, ..Method::default() };
     for (name, mission, mission_file) in
         [("heavier", mission, Some(heavier)), ("own", Mission::default(), None)]
     {
         let recipe = Recipe {
             count: 4,
             seed: 9,
-            integrator: Integrator::Euler,
-            model: None,
-            sharp: false,
-            mission,
+            request: PlanRequest { mission, method, ..PlanRequest::default() },
             mission_file,
             shard: SHARD,
             jobs: NonZeroUsize::MIN,

@@ -2,10 +2,10 @@
 
 use super::Campaign;
 use crate::fingerprint::{self, fingerprint};
-use crate::formats::{Mission, Row};
+use crate::formats::Row;
 use crate::journal::Heading;
-use crate::learned::Learned;
-use crate::method::{Integrator, Method, Mode, Qp, WarmStart};
+use crate::method::{Integrator, Mode, Qp, WarmStart};
+use crate::request::PlanRequest;
 use crate::settings::settings_text;
 use serde::{Deserialize, Serialize};
 
@@ -49,17 +49,12 @@ impl CampaignHeader {
     /// The header of a campaign.
     pub fn new(campaign: &Campaign) -> Self {
         let scenarios = fingerprint(&campaign.scenarios);
-        let Campaign { mission, method, model, save_plans, .. } = campaign;
-        Self { plans: *save_plans, ..Self::of(mission, method, model.as_ref(), scenarios) }
+        Self { plans: campaign.save_plans, ..Self::of(&campaign.request, scenarios) }
     }
 
     /// The header of plans of these scenarios, of which no plan files are written.
-    pub fn of(
-        mission: &Mission,
-        method: &Method,
-        model: Option<&Learned>,
-        scenarios: String,
-    ) -> Self {
+    pub fn of(request: &PlanRequest, scenarios: String) -> Self {
+        let PlanRequest { mission, method, guess, .. } = request;
         Self {
             format: FORMAT.into(),
             version: env!("CARGO_PKG_VERSION").into(),
@@ -69,7 +64,7 @@ impl CampaignHeader {
             qp: method.qp,
             integrator: method.integrator,
             plans: false,
-            settings: fingerprint(&(settings_text(method), &model)),
+            settings: fingerprint(&(settings_text(method), guess.model())),
             mission: fingerprint(mission),
             scenarios,
         }
@@ -133,9 +128,7 @@ mod tests {
         CampaignHeader::new(&Campaign {
             scenarios: Vec::new(),
             seed: None,
-            mission: Mission::default(),
-            method: Method::default(),
-            model: None,
+            request: PlanRequest::default(),
             jobs: NonZeroUsize::MIN,
             save_plans: false,
             csv: false,

@@ -24,14 +24,13 @@ pub use tally::Tally;
 
 use crate::error::{Error, FieldError};
 use crate::formats::{
-    self, Mission, NamedScenario, Program, Row, ScenarioSet, Status, TableOrigin, check_writable,
-    json, make_directory, write_atomically,
+    self, NamedScenario, Program, Row, ScenarioSet, Status, TableOrigin, check_writable, json,
+    make_directory, write_atomically,
 };
-use crate::learned::Learned;
-use crate::method::Method;
-use crate::planning::{self, Planner};
+use crate::planning::Planner;
 use crate::pool;
 use crate::progress::Progress;
+use crate::request::PlanRequest;
 use journal::Journal;
 use serde_json::Value;
 use std::collections::{HashMap, HashSet};
@@ -56,12 +55,8 @@ pub struct Campaign {
     pub scenarios: Vec<NamedScenario>,
     /// Seed of their draw, where they were drawn.
     pub seed: Option<u64>,
-    /// The mission; valid.
-    pub mission: Mission,
     /// How to plan.
-    pub method: Method,
-    /// Model of a learned start; none is the heuristic.
-    pub model: Option<Learned>,
+    pub request: PlanRequest,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
     /// Whether to write a plan file a scenario.
@@ -149,7 +144,7 @@ impl<'a> Begun<'a> {
         let rows: Vec<Row> = self.rows.into_iter().flatten().collect();
         let wall_s = started.elapsed().as_secs_f64();
         let run = Run { planned: rows.len() - self.resumed, resumed: self.resumed, wall_s };
-        let summary = Summary::of(&rows, &self.campaign.method, run);
+        let summary = Summary::of(&rows, &self.campaign.request.method, run);
         let files = self.campaign.write(&rows, &summary)?;
         Ok(Results { rows, summary, files })
     }
@@ -170,10 +165,10 @@ impl Campaign {
     /// a row and no plan.
     fn plan(&self, planner: &mut Planner, index: usize) -> Result<Row, Error> {
         let scenario = &self.scenarios[index];
-        if let Some(refusal) = planning::refusal(&self.mission, scenario, &self.method)? {
+        if let Some(refusal) = self.request.refusal(scenario)? {
             return Ok(Row::refused(scenario, &refusal));
         }
-        let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
+        let planned = planner.plan(&self.request, scenario);
         if self.save_plans {
             planned.file.write(&self.plan_path(&scenario.id))?;
         }
@@ -183,9 +178,9 @@ impl Campaign {
     /// Origin of the rows, for the tables' metadata.
     fn origin(&self) -> TableOrigin {
         TableOrigin {
-            method: self.method,
+            method: self.request.method,
             seed: self.seed,
-            mission_checksum: formats::checksum_of_mission(&self.mission),
+            mission_checksum: formats::checksum_of_mission(&self.request.mission),
             program: Program::this(),
         }
     }
@@ -234,7 +229,7 @@ impl Campaign {
                 let reason = format!("{:?} is no scenario of this campaign", row.scenario);
                 return Err(FieldError::new("scenario", reason));
             }
-            row.check(&self.mission.tolerances)
+            row.check(&self.request.mission.tolerances)
         }
     }
 
@@ -274,7 +269,7 @@ impl Campaign {
             let bytes = match file.file_name().and_then(|name| name.to_str()) {
                 Some("results.parquet") => formats::parquet_bytes(rows, &origin)
                     .map_err(|error| failed(file, error.to_string()))?,
-                Some("results.csv") => formats::csv(rows, &self.method).into_bytes(),
+                Some("results.csv") => formats::csv(rows, &self.request.method).into_bytes(),
                 Some(CSV_METADATA) => {
                     let metadata = formats::csv_metadata(rows, &origin, "results.csv");
                     json(&metadata.unwrap_or_default())?.into_bytes()

@@ -4,6 +4,7 @@ use super::{Cell, Envelope};
 use crate::fingerprint::{self, fingerprint};
 use crate::journal::Heading;
 use crate::method::Integrator;
+use crate::request::PlanRequest;
 use crate::settings::settings_text;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +30,7 @@ pub(super) struct EnvelopeHeader {
 
 impl EnvelopeHeader {
     pub(super) fn new(envelope: &Envelope) -> Self {
-        let method = &envelope.method;
+        let PlanRequest { method, guess, .. } = &envelope.request;
         let vehicles: Vec<_> =
             envelope.vehicles.iter().map(|vehicle| (&vehicle.name, vehicle.mission())).collect();
         Self {
@@ -39,7 +40,7 @@ impl EnvelopeHeader {
             integrator: method.integrator,
             count: envelope.count,
             seed: envelope.seed,
-            settings: fingerprint(&(settings_text(method), &envelope.model)),
+            settings: fingerprint(&(settings_text(method), guess.model())),
             vehicles: fingerprint(&vehicles),
         }
     }

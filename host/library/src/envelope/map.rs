@@ -87,8 +87,8 @@ impl Map {
             command: command(envelope),
             version: env!("CARGO_PKG_VERSION").into(),
             provenance,
-            integrator: envelope.method.integrator,
-            warm_start: envelope.method.warm_start,
+            integrator: envelope.request.method.integrator,
+            warm_start: envelope.request.method.warm_start,
             count: envelope.count,
             seed: envelope.seed,
             vehicles: envelope.vehicles.iter().map(VehicleRecord::new).collect(),
@@ -132,7 +132,8 @@ impl Map {
 
 /// The command line of a map, what is default left out.
 fn command(envelope: &Envelope) -> String {
-    let Envelope { vehicles, grid, count, seed, method, .. } = envelope;
+    let Envelope { vehicles, grid, count, seed, request, .. } = envelope;
+    let method = &request.method;
     let mut line = String::from("remora campaign envelope");
     let mut add = |text: String| line.push_str(&text);
     for file in vehicles.iter().filter_map(|vehicle| vehicle.file.as_ref()) {
@@ -162,7 +163,7 @@ fn command(envelope: &Envelope) -> String {
 pub(super) mod tests {
     use super::super::{Attempt, CellPlace, State};
     use super::*;
-    use crate::method::Method;
+    use crate::request::PlanRequest;
     use remora_core::advanced::planner::Verdict;
     use std::num::NonZeroUsize;
     use std::path::Path;
@@ -179,8 +180,7 @@ pub(super) mod tests {
             },
             count: 4,
             seed: 1,
-            method: Method::default(),
-            model: None,
+            request: PlanRequest::default(),
             jobs: NonZeroUsize::MIN,
         };
         let cell = |place: CellPlace| {

@@ -30,12 +30,12 @@ pub use vehicle::Vehicle;
 
 use crate::error::Error;
 use crate::formats::{self, Mission, NamedScenario, check_writable, make_directory};
-use crate::learned::Learned;
 use crate::method::{Integrator, Method};
 use crate::planning::Planner;
 use crate::pool;
 use crate::progress::Progress;
 use crate::provenance::Provenance;
+use crate::request::PlanRequest;
 use cell::CellWork;
 use header::{EnvelopeHeader, JOURNAL};
 use remora_core::advanced::planner::Verdict;
@@ -65,10 +65,8 @@ pub struct Envelope {
     pub count: u64,
     /// Seed of their draw.
     pub seed: u64,
-    /// How to plan; with the embedded solver.
-    pub method: Method,
-    /// Model of a learned start; none is the heuristic.
-    pub model: Option<Learned>,
+    /// How to plan, with the embedded solver; each cell has a mission of its own.
+    pub request: PlanRequest,
     /// Number of worker threads.
     pub jobs: NonZeroUsize,
 }
@@ -100,13 +98,13 @@ impl Envelope {
     /// # Errors
     /// None, as long as the built-in missions are sound.
     pub fn coarse(jobs: NonZeroUsize) -> Result<Self, Error> {
+        let method = Method { integrator: INTEGRATOR, ..Method::default() };
         Ok(Self {
             vehicles: Vehicle::built_in()?,
             grid: Grid::coarse(),
             count: COARSE_COUNT,
             seed: SEED,
-            method: Method { integrator: INTEGRATOR, ..Method::default() },
-            model: None,
+            request: PlanRequest { method, ..PlanRequest::default() },
             jobs,
         })
     }
@@ -202,9 +200,10 @@ impl Envelope {
         mission: &Mission,
         scenario: &NamedScenario,
     ) -> Attempt {
-        let report = planner.plan_in_place(mission, scenario, &self.method, self.model.as_ref());
-        let is_out_of_reach = reach::is_without_path(&report)
-            && reach::is_proved(planner, mission, scenario, &self.method);
+        let request = PlanRequest { mission: *mission, ..self.request.clone() };
+        let report = planner.plan_in_place(&request, scenario);
+        let is_out_of_reach =
+            reach::is_without_path(&report) && reach::is_proved(planner, request, scenario);
         Attempt::of(&report, &mission.tolerances, is_out_of_reach)
     }
 }

@@ -1,9 +1,9 @@
 //! Scenarios that no plan can serve: there is no path within the force limit.
 
-use crate::formats::{Mission, NamedScenario};
-use crate::guess::Guess;
+use crate::formats::NamedScenario;
 use crate::method::{Deadline, Method, Qp};
 use crate::planning::{Planner, Subproblem};
+use crate::request::{Guess, PlanRequest};
 use crate::stoppable::{FAR_S, Stoppable};
 use remora_core::advanced::model::Refusal;
 use remora_core::advanced::planner::Report;
@@ -24,10 +24,10 @@ pub(super) fn is_without_path(report: &Report) -> bool {
 /// plan ends with the program.
 pub(super) fn is_proved(
     planner: &mut Planner,
-    mission: &Mission,
+    request: PlanRequest,
     scenario: &NamedScenario,
-    method: &Method,
 ) -> bool {
+    let (mission, method) = (&request.mission, request.method);
     // The planner refuses a force that is too small, so that there may be no program to look at.
     let needs = mission.needs::<NODES>(&scenario.scenario(), method.integrator);
     if needs.is_ok_and(|needs| needs.force > 1.01 * mission.servicer.force_limit_n.max()) {
@@ -40,9 +40,9 @@ pub(super) fn is_proved(
         is_over.store(true, Ordering::Relaxed);
     };
     let deadline = Deadline::try_from(FAR_S).ok();
-    let method = Method { qp: Qp::Clarabel, deadline, ..*method };
-    let clock = Stoppable::new(&is_over);
-    planner.plan_watched(&clock, mission, scenario, &method, Guess::Heuristic, &mut watch);
+    let method = Method { qp: Qp::Clarabel, deadline, ..method };
+    let request = PlanRequest { method, guess: Guess::Heuristic, ..request };
+    planner.plan_watched(&Stoppable::new(&is_over), &request, scenario, &mut watch);
     first == Some(QpStatus::Infeasible)
 }
 
@@ -55,13 +55,12 @@ mod tests {
     #[test]
     fn a_force_that_is_too_small_is_proved_to_be() {
         let is_out_of_reach = |force: f64| {
-            let mut mission = Mission::default();
-            mission.approach.duration_s = 120.0;
-            mission.scenarios.standoff_m = 30.0;
-            mission.servicer.force_limit_n.fill(force);
-            let scenario = draw_one(1, 0, &mission).unwrap();
-            let method = Method::default();
-            on_large_stack(|| is_proved(&mut Planner::new(), &mission, &scenario, &method)).unwrap()
+            let mut request = PlanRequest::default();
+            request.mission.approach.duration_s = 120.0;
+            request.mission.scenarios.standoff_m = 30.0;
+            request.mission.servicer.force_limit_n.fill(force);
+            let scenario = draw_one(1, 0, &request.mission).unwrap();
+            on_large_stack(|| is_proved(&mut Planner::new(), request, &scenario)).unwrap()
         };
         // From rest to rest 25 m in 120 s take 530 kg at least 3.7 N in one direction.
         assert!(is_out_of_reach(1.0));

@@ -7,14 +7,13 @@ use super::{COMMAND, KEY, PartHeader, TOLERANCES};
 use crate::campaign;
 use crate::error::{Error, FieldError};
 use crate::formats::{
-    Column, Mission, NamedScenario, PlanGrid, Program, Row, Status, TableOrigin,
-    checksum_of_mission, columns, node_columns, node_numbers, residual_limits,
+    Column, NamedScenario, PlanGrid, Program, Row, Status, TableOrigin, checksum_of_mission,
+    columns, node_columns, node_numbers, residual_limits,
 };
 use crate::journal::Journal;
-use crate::learned::Learned;
-use crate::method::Method;
 use crate::part::Part;
-use crate::planning::{self, Planner};
+use crate::planning::Planner;
+use crate::request::PlanRequest;
 use std::path::{Path, PathBuf};
 
 /// A campaign that is made in parts.
@@ -22,12 +21,8 @@ use std::path::{Path, PathBuf};
 pub struct Job {
     /// The scenarios.
     pub scenarios: Scenarios,
-    /// The mission; valid.
-    pub mission: Mission,
     /// How to plan.
-    pub method: Method,
-    /// Model of a learned start; none is the heuristic.
-    pub model: Option<Learned>,
+    pub request: PlanRequest,
     /// Whether to make a table of nodes too.
     pub nodes: bool,
     /// Arguments of the program by which the same job is made again.
@@ -46,12 +41,7 @@ impl Work for Job {
 
     fn header(&self, part: Part) -> PartHeader {
         let scenarios = self.scenarios.fingerprint();
-        let campaign = campaign::CampaignHeader::of(
-            &self.mission,
-            &self.method,
-            self.model.as_ref(),
-            scenarios,
-        );
+        let campaign = campaign::CampaignHeader::of(&self.request, scenarios);
         let (count, seed) = (self.scenarios.count(), self.scenarios.seed());
         let format = String::new();
         PartHeader::new(part, PartHeader { format, part, count, seed, nodes: self.nodes, campaign })
@@ -59,22 +49,22 @@ impl Work for Job {
 
     fn entries(&self) -> Vec<(&'static str, String)> {
         let origin = TableOrigin {
-            method: self.method,
+            method: self.request.method,
             seed: self.scenarios.seed(),
-            mission_checksum: checksum_of_mission(&self.mission),
+            mission_checksum: checksum_of_mission(&self.request.mission),
             program: Program::this(),
         };
         let mut entries = origin.table_entries();
         entries.push((COMMAND, serde_json::json!(self.command).to_string()));
-        let limits = residual_limits(&self.mission.tolerances);
+        let limits = residual_limits(&self.request.mission.tolerances);
         entries.push((TOLERANCES, serde_json::json!(limits).to_string()));
         entries
     }
 
     /// Plans one scenario; one that is refused has a row and no plan.
     fn run(&self, planner: &mut Planner, index: u64) -> Result<Kept, Error> {
-        let scenario = self.scenarios.get(index, &self.mission)?;
-        if let Some(refusal) = planning::refusal(&self.mission, &scenario, &self.method)? {
+        let scenario = self.scenarios.get(index, &self.request.mission)?;
+        if let Some(refusal) = self.request.refusal(&scenario)? {
             return Ok(Kept { index, row: Row::refused(&scenario, &refusal), nodes: Vec::new() });
         }
         Ok(self.planned(planner, index, &scenario))
@@ -97,7 +87,7 @@ impl Work for Job {
             let reason = format!("{:?} is no scenario of this part", row.scenario);
             return Err(FieldError::new("row.scenario", reason));
         }
-        row.check(&self.mission.tolerances)?;
+        row.check(&self.request.mission.tolerances)?;
         self.check_nodes(kept)
     }
 
@@ -123,9 +113,13 @@ impl Work for Job {
     ) -> Result<(), Error> {
         let of_both = entries.iter().filter(|(key, _)| [KEY, COMMAND].contains(key)).cloned();
         match self.nodes {
-            true => {
-                write_nodes(&nodes_file(table), self.mission.joints(), of_both, journal, places)
-            }
+            true => write_nodes(
+                &nodes_file(table),
+                self.request.mission.joints(),
+                of_both,
+                journal,
+                places,
+            ),
             false => Ok(()),
         }
     }
@@ -133,7 +127,7 @@ impl Work for Job {
 
 impl Job {
     pub(super) fn columns_of(&self, row: &Row) -> Vec<Column> {
-        columns(row, &self.method)
+        columns(row, &self.request.method)
     }
 
     /// Refuses nodes that are not those of the row's plan: one for each of its grid, with a number in each column.
@@ -142,14 +136,14 @@ impl Job {
         let wrong = |field: String, reason| Err(FieldError::new(field, reason));
         let mut expected = 0;
         if self.nodes && !row.is_refused() {
-            let scenario = self.scenarios.get(*index, &self.mission);
+            let scenario = self.scenarios.get(*index, &self.request.mission);
             let scenario = scenario.map_err(|error| FieldError::new("index", error.to_string()))?;
-            expected = PlanGrid::of(&self.mission, &scenario.scenario()).nodes;
+            expected = PlanGrid::of(&self.request.mission, &scenario.scenario()).nodes;
         }
         if nodes.len() != expected {
             return wrong("nodes".into(), format!("are {} of {expected}", nodes.len()));
         }
-        let width = 1 + node_columns(self.mission.joints()).len();
+        let width = 1 + node_columns(self.request.mission.joints()).len();
         for (i, node) in nodes.iter().enumerate() {
             if node.len() != width {
                 let reason = format!("has {} numbers of {width}", node.len());
@@ -164,7 +158,7 @@ impl Job {
     }
 
     fn planned(&self, planner: &mut Planner, index: u64, scenario: &NamedScenario) -> Kept {
-        let planned = planner.plan(&self.mission, scenario, &self.method, self.model.as_ref());
+        let planned = planner.plan(&self.request, scenario);
         let number = |x: f64| x.is_finite().then_some(x);
         let nodes = match self.nodes {
             true => node_numbers(&planned.file),
@@ -179,19 +173,17 @@ impl Job {
 mod tests {
     use super::*;
     use crate::memory::on_large_stack;
-    use crate::method::Integrator;
+    use crate::method::{Integrator, Method};
     use remora_core::advanced::model::Refusal;
 
     /// A journal's row with other nodes than the job's is refused.
     // Verifies REM-CMP-001.
     #[test]
     fn forged_nodes_are_refused() {
-        let mission = Mission::default();
+        let method = Method { integrator: Integrator::Euler, ..Method::default() };
         let job = Job {
             scenarios: Scenarios::Drawn { seed: 3, count: 1 },
-            mission,
-            method: Method { integrator: Integrator::Euler, ..Method::default() },
-            model: None,
+            request: PlanRequest { method, ..PlanRequest::default() },
             nodes: true,
             command: Vec::new(),
         };
@@ -215,7 +207,7 @@ mod tests {
         for (change, field) in changes {
             assert_eq!(refused(&job, change), field);
         }
-        let scenario = job.scenarios.get(0, &job.mission).unwrap();
+        let scenario = job.scenarios.get(0, &job.request.mission).unwrap();
         let gone = Row::refused(&scenario, &Refusal::KeepOut { distance: 1.0, limit: 2.0 });
         assert_eq!(refused(&job, &|kept| kept.row = gone.clone()), "nodes");
         let without = Job { nodes: false, ..job.clone() };

@@ -1,7 +1,7 @@
 //! From a scenario to a plan file.
 
-mod job;
+mod outcome;
 mod planner;
 
-pub use job::{PlanJob, refusal};
-pub use planner::{PlanOutcome, Planner, Subproblem, WallClock};
+pub use outcome::{PlanOutcome, check_writable};
+pub use planner::{Planner, Subproblem, WallClock};

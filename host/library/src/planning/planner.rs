@@ -1,20 +1,13 @@
 //! The planner of the host: one plan after the other.
 
+use super::PlanOutcome;
 use crate::approach::Approach;
-use crate::engine::{AnyArmEngine, ArmSubproblem, Build, DefaultArmEngine, Engine, Task};
-use crate::formats::{
-    self, ArmClearances, EvidenceFile, Flight, Mission, NamedScenario, PlanFile, PlanGrid,
-    PlanInputs, PlanStage1, PlanStage2, PlanTarget, Program, Row, StageEnd,
-};
-use crate::guess::Guess;
-use crate::learned::{Learned, Memories};
+use crate::engine::{AnyArmEngine, ArmSubproblem, Build, DefaultArmEngine, Engine};
+use crate::formats::NamedScenario;
 use crate::memory::on_heap;
-use crate::method::{Integrator, Method};
-use crate::stopwatch::{Spent, Stopwatch};
-use crate::threads::Threads;
+use crate::request::PlanRequest;
 use remora_core::advanced::model::Refusal;
-use remora_core::advanced::planner::{PhaseTimes, Report, StageReport};
-use remora_core::advanced::scp::IterationRecord;
+use remora_core::advanced::planner::Report;
 use remora_core::advanced::stages::{LINKS, size};
 use remora_core::advanced::time::Clock;
 use std::time::Instant;
@@ -36,107 +29,28 @@ impl Clock for WallClock {
     }
 }
 
-/// A plan with what its file does not hold.
-#[derive(Clone, Debug)]
-pub struct PlanOutcome {
-    /// The plan.
-    pub file: PlanFile,
-    /// Reason why there is none, where damage was found while it was made.
-    pub refusal: Option<Refusal>,
-    /// Residual farthest beyond its tolerance, where the plan is not flyable.
-    pub reason: Option<&'static str>,
-    /// Second-order corrections of stages 1 and 2.
-    pub corrections: [u64; 2],
-    /// How hard the scenario is and what the plan asks of the servicer.
-    pub flight: Flight,
-    /// Smallest distance of each part of the arm from the target.
-    pub arm: ArmClearances,
-    /// Where the time went.
-    pub times: PhaseTimes,
-    /// The record to file with the plan.
-    pub evidence: EvidenceFile,
-    /// Iteration logs of stages 1 and 2.
-    pub logs: [Vec<IterationRecord>; 2],
-}
-
-impl PlanOutcome {
-    /// The campaign's row of this plan.
-    pub fn row(&self) -> Row {
-        let row = Row::new(&self.file, self.corrections, self.reason, self.flight, &self.arm);
-        Row { plan_checksum: self.evidence.output.clone(), ..row }
-    }
-}
-
 /// One subproblem of a plan for the built-in mission's arm with its solver's answer.
 pub type Subproblem<'a> = ArmSubproblem<'a, { size::NX }, { size::NU }>;
 
 /// A planner with its memory, for one plan after the other and arms of one to seven joints.
+#[derive(Default)]
 pub struct Planner {
     usual: DefaultArmEngine,
     /// For arms of other numbers of joints, once there was one.
     roomy: Option<Box<AnyArmEngine>>,
-    threads: Threads,
-    memories: Memories,
-    is_scrubbed: bool,
 }
 
 impl Planner {
     /// A planner that has planned nothing yet. To be called with [`STACK_BYTES`](crate::memory::STACK_BYTES) of stack.
     pub fn new() -> Self {
-        Self {
-            usual: Engine::default(),
-            roomy: None,
-            threads: Threads::default(),
-            memories: Memories::default(),
-            is_scrubbed: false,
-        }
+        Self::default()
     }
 
-    /// Sets the number of threads for each plan; the plans stay the same.
-    pub fn with_threads(self, threads: Threads) -> Self {
-        Self { threads, ..self }
-    }
-
-    /// Sets whether planning holds constant data against checksums and verifies twice; the plans stay
-    /// the same.
-    pub fn scrubbing(self, is_scrubbed: bool) -> Self {
-        Self { is_scrubbed, ..self }
-    }
-
-    /// Plans one scenario, with `model` for a learned start; none is the heuristic. The result
-    /// does not depend on what was planned before.
+    /// Plans one scenario. The result does not depend on what was planned before.
     ///
     /// Where the status is other than solved, the file holds the best iterate.
-    pub fn plan(
-        &mut self,
-        mission: &Mission,
-        scenario: &NamedScenario,
-        method: &Method,
-        model: Option<&Learned>,
-    ) -> PlanOutcome {
-        self.plan_by(&WallClock::start(), mission, scenario, method, model)
-    }
-
-    /// Plans with the embedded solver and leaves the plan where it is: what flies, and nothing else.
-    /// No memory is asked for once the same method has planned before.
-    pub fn plan_in_place(
-        &mut self,
-        mission: &Mission,
-        scenario: &NamedScenario,
-        method: &Method,
-        model: Option<&Learned>,
-    ) -> Report {
-        let clock = &WallClock::start();
-        let scenario = &scenario.scenario();
-        let Self { usual, roomy, threads, memories, is_scrubbed } = self;
-        let is_scrubbed = *is_scrubbed;
-        let guess = model.into();
-        let task =
-            Task { clock, threads, guess, joints: mission.joints(), memories, is_scrubbed, method };
-        match mission.joints() {
-            LINKS => usual.plan_in_place(mission, scenario, task),
-            _ => room(roomy).plan_in_place(mission, scenario, task),
-        }
+    pub fn plan(&mut self, request: &PlanRequest, scenario: &NamedScenario) -> PlanOutcome {
+        self.plan_by(&WallClock::start(), request, scenario)
     }
 
     /// Plans by another clock, which may count what it likes, and end the plan's time when it
@@ -144,31 +58,12 @@ impl Planner {
     pub fn plan_by(
         &mut self,
         clock: &dyn Clock,
-        mission: &Mission,
+        request: &PlanRequest,
         scenario: &NamedScenario,
-        method: &Method,
-        model: Option<&Learned>,
     ) -> PlanOutcome {
-        self.plan_from(clock, mission, scenario, method, model.into())
-    }
-
-    /// Plans by another clock from any guess.
-    pub fn plan_from(
-        &mut self,
-        clock: &dyn Clock,
-        mission: &Mission,
-        scenario: &NamedScenario,
-        method: &Method,
-        guess: Guess<'_>,
-    ) -> PlanOutcome {
-        let request = PlanRequest { mission, scenario, method, guess };
-        let Self { usual, roomy, threads, memories, is_scrubbed } = self;
-        let is_scrubbed = *is_scrubbed;
-        let task =
-            Task { clock, threads, guess, joints: mission.joints(), memories, is_scrubbed, method };
-        match mission.joints() {
-            LINKS => request.planned(usual, task, &mut |_| ()),
-            _ => request.planned(room(roomy), task, &mut |_| ()),
+        match request.mission.joints() {
+            LINKS => PlanOutcome::make(&mut self.usual, clock, request, scenario, &mut |_| ()),
+            _ => PlanOutcome::make(self.room(), clock, request, scenario, &mut |_| ()),
         }
     }
 
@@ -180,19 +75,23 @@ impl Planner {
     pub fn plan_watched(
         &mut self,
         clock: &dyn Clock,
-        mission: &Mission,
+        request: &PlanRequest,
         scenario: &NamedScenario,
-        method: &Method,
-        guess: Guess<'_>,
         watch: &mut dyn FnMut(Subproblem<'_>),
     ) -> PlanOutcome {
-        assert_eq!(mission.joints(), LINKS, "subproblems are watched for the built-in arm alone");
-        let request = PlanRequest { mission, scenario, method, guess };
-        let Self { usual, threads, memories, is_scrubbed, .. } = self;
-        let is_scrubbed = *is_scrubbed;
-        let task =
-            Task { clock, threads, guess, joints: mission.joints(), memories, is_scrubbed, method };
-        request.planned(usual, task, watch)
+        let joints = request.mission.joints();
+        assert_eq!(joints, LINKS, "subproblems are watched for the built-in arm alone");
+        PlanOutcome::make(&mut self.usual, clock, request, scenario, watch)
+    }
+
+    /// Plans and leaves the plan where it is: what flies, and nothing else. No memory is asked for
+    /// once the embedded solver has planned by the same method before.
+    pub fn plan_in_place(&mut self, request: &PlanRequest, scenario: &NamedScenario) -> Report {
+        let (clock, scenario) = (&WallClock::start(), &scenario.scenario());
+        match request.mission.joints() {
+            LINKS => self.usual.run(clock, request, scenario, &mut |_| ()),
+            _ => self.room().run(clock, request, scenario, &mut |_| ()),
+        }
     }
 
     /// Plans Stage 1 alone: the approach as a guess of Stage 2 sees it.
@@ -201,119 +100,72 @@ impl Planner {
     /// A scenario that is refused before planning.
     pub fn approach(
         &mut self,
-        mission: &Mission,
+        request: &PlanRequest,
         scenario: &NamedScenario,
-        integrator: Integrator,
     ) -> Result<Approach, Refusal> {
-        let (mission, scenario) = (*mission, scenario.scenario());
-        match mission.joints() {
-            LINKS => Approach::plan(&mut self.usual, mission, scenario, integrator),
-            _ => Approach::plan(room(&mut self.roomy), mission, scenario, integrator),
-        }
-    }
-}
-
-/// The engine with room for any arm, made where there was no need of it yet.
-fn room(roomy: &mut Option<Box<AnyArmEngine>>) -> &mut AnyArmEngine {
-    roomy.get_or_insert_with(|| on_heap(Engine::default))
-}
-
-/// A plan that is asked for.
-struct PlanRequest<'a> {
-    mission: &'a Mission,
-    scenario: &'a NamedScenario,
-    method: &'a Method,
-    guess: Guess<'a>,
-}
-
-impl PlanRequest<'_> {
-    /// Has an engine plan, and puts the plan together.
-    fn planned<const M: usize, const NX: usize, const NU: usize>(
-        &self,
-        engine: &mut Engine<M, NX, NU>,
-        task: Task<'_>,
-        watch: &mut dyn FnMut(ArmSubproblem<'_, NX, NU>),
-    ) -> PlanOutcome
-    where
-        Engine<M, NX, NU>: Build<M, NX, NU>,
-    {
-        let Self { mission, scenario, method, guess } = *self;
-        let watched = Stopwatch::start();
-        let report = engine.plan(mission, &scenario.scenario(), task, watch);
-        let spent = watched.spent();
-        let file = self.file(engine, &report, &spent);
-        let (translation, reorientation) = (&report.translation, &report.reorientation);
-        let (log1, log2) = engine.workspace.logs();
-        PlanOutcome {
-            reason: file.residuals.worst(&mission.tolerances),
-            flight: Flight::new(mission, scenario, &file),
-            file,
-            arm: report.arm,
-            refusal: report.refusal,
-            corrections: [translation, reorientation].map(|stage| stage.outcome.corrections as u64),
-            times: report.times,
-            evidence: EvidenceFile::new(
-                &scenario.id,
-                method.qp.name(),
-                guess.model().map(Learned::record),
-                &report.record,
-            ),
-            logs: [log1.to_vec(), log2.to_vec()],
+        match request.mission.joints() {
+            LINKS => Approach::plan(&mut self.usual, request, scenario.scenario()),
+            _ => Approach::plan(self.room(), request, scenario.scenario()),
         }
     }
 
-    /// The plan file of what the engine's workspace holds.
-    fn file<const M: usize, const NX: usize, const NU: usize>(
-        &self,
-        engine: &Engine<M, NX, NU>,
-        report: &Report,
-        spent: &Spent,
-    ) -> PlanFile {
-        let Self { mission, scenario, method, .. } = *self;
-        let (translation, reorientation) = (&report.translation, &report.reorientation);
-        let grid = PlanGrid::of(mission, &scenario.scenario());
-        let nodes = grid.nodes;
-        PlanFile {
-            format: formats::PLAN_FORMAT.into(),
-            program: Some(Program::this()),
-            scenario: scenario.id.clone(),
-            status: report.status,
-            verdict: Some(report.verdict()),
-            mode: method.mode,
-            warm_start: report.record.start.in_tables().into(),
-            qp: method.qp.name().into(),
-            integrator: method.integrator,
-            time_s: Some(spent.wall_s),
-            cpu_time_s: spent.cpu_s,
-            inputs: PlanInputs::new(mission, scenario, method.integrator),
-            grid,
-            frames: Some(formats::frames()),
-            stage1: PlanStage1::new(end(translation), nodes, engine.workspace.translation()),
-            stage2: PlanStage2::new(
-                end(reorientation),
-                report.times.inference_s,
-                nodes,
-                mission.joints(),
-                &engine.reorientation(),
-            ),
-            target: PlanTarget::from(&engine.workspace.target[..nodes]),
-            residuals: report.residuals,
-            clearances: Some(report.clearances),
+    /// The engine with room for any arm, made where there was no need of it yet.
+    fn room(&mut self) -> &mut AnyArmEngine {
+        self.roomy.get_or_insert_with(|| on_heap(Engine::default))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::draw;
+    use crate::formats::{Mission, ScenarioSet, Verdict};
+    use crate::memory::on_large_stack;
+    use crate::method::{Integrator, Method};
+    use remora_core::advanced::stages::NODES;
+
+    #[test]
+    fn nothing_that_can_be_planned_is_refused() {
+        let mission = Mission::default();
+        let public = ScenarioSet::built_in().unwrap().scenarios;
+        let drawn = draw(300, 1, &mission).unwrap().scenarios;
+        for integrator in [Integrator::Euler, Integrator::RK4] {
+            let method = Method { integrator, ..Method::default() };
+            let request = PlanRequest { mission, method, ..PlanRequest::default() };
+            for scenario in public.iter().chain(&drawn) {
+                assert_eq!(request.refusal(scenario).unwrap(), None, "{}", scenario.id);
+            }
         }
     }
-}
 
-impl Default for Planner {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-fn end(stage: &StageReport) -> StageEnd {
-    StageEnd {
-        status: stage.outcome.status,
-        iterations: stage.outcome.iterations as u64,
-        cost: stage.cost,
-        time_s: stage.time_s,
+    /// Missions a little beyond a bound are refused, and the planner does not solve them either.
+    #[test]
+    fn what_is_refused_is_not_solved() {
+        let scenario = ScenarioSet::built_in().unwrap().scenarios[0].clone();
+        let integrator = Integrator::Euler;
+        let method = Method { integrator, ..Method::default() };
+        let needs = Mission::default().needs::<NODES>(&scenario.scenario(), integrator).unwrap();
+        let time = Mission::default().time_to_preset(integrator, &Mission::default().own_grid());
+        let travel = 0.877_268_9;
+        type Change<'a> = &'a dyn Fn(&mut Mission);
+        let cases: [(&str, Change<'_>); 4] = [
+            ("joint_rate", &|m| m.servicer.joint_rate_limit_rad_s.fill(0.98 * travel / time)),
+            ("force", &|m| m.servicer.force_limit_n.fill(0.98 * needs.force)),
+            ("keep_out", &|m| m.approach.keep_out_far_m = 9.0),
+            // Angles that the pointing tolerance lets pass are not refused.
+            ("field_of_view", &|m| {
+                m.approach.field_of_view_half_angle_rad = 1e-3;
+                m.tolerances.pointing = 1e-9;
+            }),
+        ];
+        for (name, change) in cases {
+            let mut request = PlanRequest { method, ..PlanRequest::default() };
+            change(&mut request.mission);
+            let refusal = request.refusal(&scenario).unwrap().expect(name);
+            assert!([name, "capture_view"].contains(&refusal.name()), "{refusal}");
+            let planned = on_large_stack(|| Planner::new().plan(&request, &scenario)).unwrap();
+            assert_eq!(planned.file.verdict, Some(Verdict::NotFlyable), "{refusal}");
+            assert!(planned.reason.is_some());
+        }
     }
 }

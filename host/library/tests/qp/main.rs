@@ -7,4 +7,5 @@ mod common;
 mod clarabel;
 mod edge;
 mod mission;
+mod polish;
 mod random;

@@ -5,20 +5,20 @@
 //! These programs are flat: in some directions their curvature is 1e-5 and less, held there by
 //! constraints with hardly any multiplier. Two points that are both optimal to 1e-9, objectives
 //! equal to ten digits, can be 1e-3 apart: Clarabel at 1e-9 is that far from Clarabel at 1e-14. So
-//! the yardstick is Clarabel's point made exact (`remora_host::polish`).
+//! the yardstick is Clarabel's point made exact ([`polish`]).
 
 use super::common::programs::{cold, embedded, sharp};
+use super::polish::polish;
 use remora_core::advanced::planner::PlanSettings;
 use remora_core::advanced::qp::{EmbeddedQp, Qp, QpOutcome, QpStatus};
 use remora_core::advanced::stages::Mode;
 use remora_host::backend::{ClarabelQp, Solve};
-use remora_host::formats::{Mission, ScenarioSet, Status};
-use remora_host::guess::Guess;
+use remora_host::formats::{ScenarioSet, Status};
 use remora_host::kkt::{Kkt, distance, objective};
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Qp as Choice};
 use remora_host::planning::{Planner, Subproblem, WallClock};
-use remora_host::polish::polish;
+use remora_host::request::PlanRequest;
 
 /// How one subproblem went with both.
 struct Pair {
@@ -97,9 +97,9 @@ fn pair<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
 /// Every `step`th public scenario from `first`.
 fn pairs(first: usize, step: usize) -> Vec<Pair> {
     let set = ScenarioSet::built_in().unwrap();
-    let mission = Mission::default();
     let method =
         Method { integrator: Integrator::Euler, qp: Choice::Embedded, ..Method::default() };
+    let request = PlanRequest { method, ..PlanRequest::default() };
     let mut planner = Planner::new();
     let mut pairs = Vec::new();
     for scenario in set.scenarios.iter().skip(first).step_by(step) {
@@ -111,14 +111,7 @@ fn pairs(first: usize, step: usize) -> Vec<Pair> {
             pairs.push(pair(name, &mut solvers, &solve));
             count += 1;
         };
-        let planned = planner.plan_watched(
-            &WallClock::start(),
-            &mission,
-            scenario,
-            &method,
-            Guess::Heuristic,
-            &mut watch,
-        );
+        let planned = planner.plan_watched(&WallClock::start(), &request, scenario, &mut watch);
         assert_eq!(planned.file.status, Status::Solved, "{}", scenario.id);
     }
     pairs

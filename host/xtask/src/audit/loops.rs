@@ -3,12 +3,12 @@
 use remora_core::advanced::bounds::LOOPS;
 use remora_host::error::Error;
 use remora_host::formats::{Mission, NamedScenario};
-use remora_host::learned::Learned;
 use remora_host::method::{Integrator, Method, Qp, WarmStart};
 use remora_host::planning::{Planner, Subproblem, WallClock};
 use remora_host::pool;
 use remora_host::progress::Progress;
 use remora_host::report::{Align, Page, Table};
+use remora_host::request::PlanRequest;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 
@@ -68,7 +68,7 @@ impl Loops {
         progress.begin(all.len(), 0);
         let plan = |planner: &mut Planner, i: usize| {
             let (scenario, method) = scenario_and_method(i);
-            Ok(one(planner, mission, scenario, METHODS[method]))
+            one(planner, mission, scenario, METHODS[method])
         };
         let finish = |i: usize, one: Observed| {
             progress.done(true);
@@ -143,17 +143,16 @@ fn one(
     mission: &Mission,
     scenario: &NamedScenario,
     (integrator, warm_start): (Integrator, WarmStart),
-) -> Observed {
-    let model = (warm_start == WarmStart::Model).then(|| Learned::built_in(integrator));
+) -> Result<Observed, Error> {
     let method = Method { warm_start, integrator, qp: Qp::Embedded, ..Method::default() };
+    let request = PlanRequest::new(*mission, method, None)?;
     let mut solver_iterations = 0;
     let mut watch = |solve: Subproblem<'_>| {
         solver_iterations = solver_iterations.max(u64::from(solve.outcome.iterations));
     };
-    let (clock, guess) = (WallClock::start(), model.as_ref().into());
-    let planned = planner.plan_watched(&clock, mission, scenario, &method, guess, &mut watch);
+    let planned = planner.plan_watched(&WallClock::start(), &request, scenario, &mut watch);
     let corrections = planned.logs.iter().flatten().map(|record| u64::from(record.corrections));
-    Observed {
+    Ok(Observed {
         method: String::new(),
         plans: 1,
         stage1_iterations: planned.file.stage1.iterations,
@@ -161,7 +160,7 @@ fn one(
         hardest: scenario.id.clone(),
         corrections: corrections.max().unwrap_or(0),
         solver_iterations,
-    }
+    })
 }
 
 /// The bounds that the code has.

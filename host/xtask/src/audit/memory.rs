@@ -15,6 +15,7 @@ use remora_host::learned::Learned;
 use remora_host::memory::on_large_stack;
 use remora_host::method::{Integrator, Method, Mode, WarmStart};
 use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use remora_host::threads::Threads;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -191,20 +192,18 @@ impl ImageMemory {
 /// Counts requests for memory over all ways of planning.
 fn count() -> Result<Vec<Allocations>, Error> {
     let set = ScenarioSet::built_in()?;
-    let mission = Mission::default();
     let mut counted = Vec::new();
     for threads in [Threads::One, Threads::Two] {
         for integrator in [Integrator::Euler, Integrator::RK4] {
             for mode in [Mode::Optimal, Mode::Feasible] {
                 for warm_start in [WarmStart::Heuristic, WarmStart::Model] {
                     let method = Method { mode, integrator, warm_start, ..Method::default() };
-                    let model =
-                        (warm_start == WarmStart::Model).then(|| Learned::built_in(integrator));
+                    let request = PlanRequest::new(Mission::default(), method, None)?;
+                    let request = PlanRequest { threads, ..request };
                     let requests = on_large_stack(|| {
-                        let mut planner = Planner::new().with_threads(threads);
+                        let mut planner = Planner::new();
                         let mut plan = |i: usize| {
-                            let scenario = &set.scenarios[i];
-                            planner.plan_in_place(&mission, scenario, &method, model.as_ref());
+                            planner.plan_in_place(&request, &set.scenarios[i]);
                         };
                         // Starts the second thread, makes the network's memory.
                         plan(0);

@@ -2,10 +2,10 @@
 
 use remora_host::error::Error;
 use remora_host::formats::{MadeFor, Mission, PlanFile};
-use remora_host::learned::Learned;
+use remora_host::memory::on_large_stack;
 use remora_host::method::{Method, Qp, WarmStart};
-use remora_host::planning::PlanJob;
-use remora_host::threads::Threads;
+use remora_host::planning::Planner;
+use remora_host::request::PlanRequest;
 use std::path::{Path, PathBuf};
 
 /// A plan to be made again.
@@ -78,19 +78,11 @@ impl Input {
     /// # Errors
     /// Inputs that make no plan: a model that cannot be read.
     pub fn planned(&self) -> Result<u64, Error> {
-        let Method { warm_start, integrator, .. } = self.method;
-        let model = Learned::chosen(warm_start, self.model.as_deref(), integrator)?;
         let mission = self.made_for()?.mission;
-        let job = PlanJob {
-            scenario: self.plan.inputs.scenario.named(&self.plan.scenario),
-            mission,
-            method: self.method,
-            model,
-            threads: Threads::default(),
-            is_scrubbed: false,
-            out: PathBuf::new(),
-        };
-        job.plan().map(|planned| checksum(&mission, &planned.file))
+        let request = PlanRequest::new(mission, self.method, self.model.as_deref())?;
+        let scenario = self.plan.inputs.scenario.named(&self.plan.scenario);
+        let planned = on_large_stack(|| Planner::new().plan(&request, &scenario))?;
+        Ok(checksum(&mission, &planned.file))
     }
 }
 

@@ -27,8 +27,9 @@ use remora_host::error::Error;
 use remora_host::fingerprint::fingerprint;
 use remora_host::formats::{Mission, ModelFile, NamedScenario, check_writable, make_directory};
 use remora_host::learned::Learned;
-use remora_host::method::Integrator;
+use remora_host::method::{Integrator, Method};
 use remora_host::progress::Progress;
+use remora_host::request::PlanRequest;
 use remora_learn::dataset::{self, Dataset, Made, Manifest};
 use remora_learn::quantise::quantise_file;
 use remora_learn::reproduce::{Bench, Card, Paired};
@@ -173,13 +174,11 @@ impl Learning {
     }
 
     fn plan(&self, count: u64, state: &mut State, hands: &mut Hands<'_>) -> Result<Made, Error> {
+        let method = Method { integrator: self.integrator, ..Method::default() };
         let recipe = dataset::Recipe {
             count,
             seed: self.seed,
-            integrator: self.integrator,
-            model: None,
-            sharp: false,
-            mission: self.mission,
+            request: PlanRequest { mission: self.mission, method, ..Default::default() },
             mission_file: None,
             shard: SHARD,
             part: None,

@@ -16,6 +16,7 @@ use remora_host::memory::on_large_stack;
 use remora_host::method::WarmStart;
 use remora_host::planning::{PlanOutcome, Planner, WallClock};
 use remora_host::progress::Progress;
+use remora_host::request::PlanRequest;
 use remora_host::threads::Threads;
 use std::path::Path;
 use std::time::Instant;
@@ -88,8 +89,8 @@ impl Profiler {
 /// The planners at work.
 struct Bench<'a> {
     profiler: &'a Profiler,
-    /// The model of each configuration; none for the heuristic.
-    models: Vec<Option<Learned>>,
+    /// A request for each configuration.
+    requests: Vec<PlanRequest>,
     counter: Option<&'a Instructions>,
     alone: Planner,
     shared: Planner,
@@ -99,16 +100,21 @@ struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     fn new(profiler: &'a Profiler, counter: Option<&'a Instructions>) -> Self {
-        let model = |configuration: &Configuration| {
-            (configuration.warm_start == WarmStart::Model)
-                .then(|| Learned::built_in(configuration.integrator))
+        let request = |configuration: &Configuration| {
+            let is_learned = configuration.warm_start == WarmStart::Model;
+            PlanRequest {
+                mission: profiler.mission,
+                method: configuration.method(),
+                guess: is_learned.then(|| Learned::built_in(configuration.integrator)).into(),
+                ..PlanRequest::default()
+            }
         };
         Self {
             profiler,
-            models: profiler.configurations.iter().map(model).collect(),
+            requests: profiler.configurations.iter().map(request).collect(),
             counter,
             alone: Planner::new(),
-            shared: Planner::new().with_threads(Threads::Two),
+            shared: Planner::new(),
             second: Planner::new(),
         }
     }
@@ -122,13 +128,14 @@ impl<'a> Bench<'a> {
     }
 
     fn measure(&mut self, job: Job) -> Sample {
-        let Self { profiler, models, counter, alone, shared, second, .. } = self;
+        let Self { profiler, requests, counter, alone, shared, second } = self;
         let scenario = &profiler.scenarios[job.scenario];
-        let method = profiler.configurations[job.configuration].method();
-        let model = models[job.configuration].as_ref();
-        let plan = |planner: &mut Planner, clock: &dyn Clock| {
-            planner.plan_by(clock, &profiler.mission, scenario, &method, model)
-        };
+        let mut request = requests[job.configuration].clone();
+        if job.case == Case::TwoCores {
+            request.threads = Threads::Two;
+        }
+        let plan =
+            |planner: &mut Planner, clock: &dyn Clock| planner.plan_by(clock, &request, scenario);
         let timed = |planner: &mut Planner| plan(planner, &WallClock::start());
         let (before, started) = (switches(), Instant::now());
         let planned = match (job.case, counter) {

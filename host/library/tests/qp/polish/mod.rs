@@ -9,10 +9,10 @@
 mod active;
 mod banded;
 
-use crate::kkt::Kkt;
 use active::{Active, BoundState, Side};
 use banded::BandedMatrix;
 use remora_core::advanced::qp::{Qp, Solution};
+use remora_host::kkt::Kkt;
 
 /// Most rounds of changed sides.
 const ROUNDS: usize = 60;
