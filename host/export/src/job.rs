@@ -7,7 +7,7 @@ use crate::inertial::{self, Spacecraft};
 use crate::motion::Motion;
 use crate::recording;
 use remora_core::advanced::dynamics::Integrator;
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::Error;
 use remora_host::formats::{
     PlanFile, Program, body_name, check_writable, make_directory, write_atomically,
@@ -15,35 +15,17 @@ use remora_host::formats::{
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A kind of file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Format {
-    /// Orbits.
-    Oem,
-    /// Attitudes.
-    Aem,
-    /// Everything, for viewers.
-    Mcap,
-}
-
-impl Choice for Format {
-    const ALL: &'static [Self] = &[Self::Oem, Self::Aem, Self::Mcap];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Oem => "oem",
-            Self::Aem => "aem",
-            Self::Mcap => "mcap",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Oem => "CCSDS orbit ephemerides of servicer and target, inertial axes",
-            Self::Aem => "CCSDS attitude ephemerides of the servicer's bus and of the target",
-            Self::Mcap => "One recording in RTN axes for Foxglove and Rerun",
-        }
+choices! {
+    /// A kind of file.
+    #[derive(Hash, Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Format {
+        /// CCSDS orbit ephemerides of servicer and target, inertial axes.
+        Oem = "oem",
+        /// CCSDS attitude ephemerides of the servicer's bus and of the target.
+        Aem = "aem",
+        /// One recording in RTN axes for Foxglove and Rerun.
+        Mcap = "mcap",
     }
 }
 

@@ -16,3 +16,45 @@ pub trait Choice: Copy + Send + Sync + 'static {
         Self::ALL.iter().copied().find(|choice| choice.name() == name)
     }
 }
+
+/// Defines choices: each variant with its help as documentation, its name, and `default` behind the default.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! choices {
+    (
+        $(#[$about:meta])*
+        $visibility:vis enum $type:ident {
+            $($(#[doc = $help:literal])+ $variant:ident = $name:literal $($default:ident)?,)+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $visibility enum $type {
+            $($(#[doc = $help])+ $(#[$default])? $variant,)+
+        }
+
+        impl $type {
+            /// Its name, on the command line and in files.
+            $visibility fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+        }
+
+        impl $crate::choice::Choice for $type {
+            const ALL: &'static [Self] = &[$(Self::$variant,)+];
+
+            fn name(self) -> &'static str {
+                Self::name(self)
+            }
+
+            fn help(self) -> &'static str {
+                match self {
+                    $(Self::$variant => concat!($($help),+).trim().trim_end_matches('.'),)+
+                }
+            }
+        }
+    };
+}
+pub use choices;

@@ -1,54 +1,35 @@
 //! How a plan is made: mode, warm start, solver of the subproblems and integrator, by the names
 //! they have in files and on the command line, and how long it may take.
 
-use crate::choice::Choice;
+use crate::choice::{Choice, choices};
 pub use remora_core::advanced::model::Integrator;
 pub use remora_core::advanced::stages::Mode;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// Choice of the initial guess of Stage 2.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum WarmStart {
-    /// A learned model where there is one for the integrator, otherwise the heuristic.
-    Auto,
-    /// The rollout of a learned model; the heuristic where the rollout is worse or of no use.
-    Model,
-    /// Track the docking port, move the joints evenly, light ones late.
-    #[default]
-    Heuristic,
-}
-
-/// Solver of the convex subproblems.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Qp {
-    /// The core's own interior-point solver, the one that flies.
-    #[default]
-    Embedded,
-    /// Clarabel, a sparse interior-point solver.
-    Clarabel,
-}
-
-impl WarmStart {
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Model => "model",
-            Self::Heuristic => "heuristic",
-        }
+choices! {
+    /// Choice of the initial guess of Stage 2.
+    #[derive(Default, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum WarmStart {
+        /// A learned model where there is one for the integrator, otherwise the heuristic.
+        Auto = "auto",
+        /// The rollout of a learned model; the heuristic where the rollout is worse or of no use.
+        Model = "model",
+        /// Track the docking port, move the joints evenly, light ones late.
+        Heuristic = "heuristic" default,
     }
 }
 
-impl Qp {
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Embedded => "embedded",
-            Self::Clarabel => "clarabel",
-        }
+choices! {
+    /// Solver of the convex subproblems.
+    #[derive(Default, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Qp {
+        /// The core's own interior-point solver, the one that flies.
+        Embedded = "embedded" default,
+        /// Clarabel, a sparse interior-point solver.
+        Clarabel = "clarabel",
     }
 }
 
@@ -63,41 +44,6 @@ impl Choice for Mode {
         match self {
             Self::Optimal => "Minimise the cost",
             Self::Feasible => "Stop at the first feasible plan",
-        }
-    }
-}
-
-impl Choice for WarmStart {
-    const ALL: &'static [Self] = &[Self::Auto, Self::Model, Self::Heuristic];
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Auto => {
-                "A learned model where there is one for the integrator, otherwise the heuristic"
-            }
-            Self::Model => {
-                "The rollout of a learned model; the heuristic where the rollout is worse or of no use"
-            }
-            Self::Heuristic => "Track the docking port, move the joints evenly, light ones late",
-        }
-    }
-}
-
-impl Choice for Qp {
-    const ALL: &'static [Self] = &[Self::Embedded, Self::Clarabel];
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Embedded => "The core's own interior-point solver, the one that flies",
-            Self::Clarabel => "Clarabel, a sparse interior-point solver",
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::fingerprint;
 use crate::formats::Program;
 use crate::learned::Learned;
 use crate::method::Integrator;
-use crate::report::{Align, Table};
+use crate::report::Table;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::process::Command;
@@ -97,7 +97,7 @@ impl Provenance {
             commit => format!("`{commit}`{modified}"),
         };
         let models = self.models.iter().map(|(name, checksum)| format!("{name} {checksum}"));
-        let mut table = Table::new([("", Align::Left), ("", Align::Left)]);
+        let mut table = Table::new(" | ");
         for (name, value) in [
             ("commit", told),
             ("compiler", format!("{compiler}, {target}")),

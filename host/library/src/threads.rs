@@ -1,6 +1,6 @@
 //! The second core of a desktop.
 
-use crate::choice::Choice;
+use crate::choice::choices;
 use crate::memory::STACK_BYTES;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use remora_core::advanced::executor::{ForkJoin, Sequential};
@@ -11,33 +11,18 @@ use std::sync::{Arc, OnceLock};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
-/// How many threads work on one plan. The plan's bits are the same either way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Threads {
-    /// The calling one.
-    #[default]
-    One,
-    /// A second one, started at the first use on each calling thread and kept until that ends.
-    /// Handing work over then allocates nothing and takes a microsecond: after work the helper
-    /// stays awake for some milliseconds, and so keeps its core busy all through a plan.
-    Two,
-}
-
-impl Choice for Threads {
-    const ALL: &'static [Self] = &[Self::One, Self::Two];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::One => "1",
-            Self::Two => "2",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::One => "Plan on one thread",
-            Self::Two => "Share each linearisation between two threads",
-        }
+choices! {
+    /// How many threads work on one plan. The plan's bits are the same either way.
+    ///
+    /// The second starts at the first use on each calling thread and is kept until that ends. Handing work over
+    /// then allocates nothing and takes a microsecond: after work the helper stays awake for some milliseconds,
+    /// and so keeps its core busy all through a plan.
+    #[derive(Default)]
+    pub enum Threads {
+        /// Plan on one thread.
+        One = "1" default,
+        /// Share each linearisation between two threads.
+        Two = "2",
     }
 }
 

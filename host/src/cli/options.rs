@@ -1,6 +1,6 @@
 //! Options that several commands share: the same name, meaning, default and help everywhere.
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
 use remora_core::advanced::stages::{LINKS, NODES};
 use remora_host::choice::Choice;
 use remora_host::draw::MAX_COUNT;
@@ -10,9 +10,11 @@ use remora_host::lineage::Lineage;
 use remora_host::method::{Deadline, Integrator, Method, Mode, Qp, WarmStart};
 use remora_host::parts::Scenarios;
 use remora_host::request::PlanRequest;
+use std::ffi::OsStr;
 use std::fmt::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 /// Help of `--count`, wherever scenarios are drawn.
 pub const COUNT: &str = "Number of scenarios to draw";
@@ -109,6 +111,33 @@ pub struct DeadlineArgs {
     pub deadline: Option<Deadline>,
 }
 
+/// Ids of the built-in set, for completions.
+static BUILT_IN_IDS: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let scenarios = ScenarioSet::built_in().map_or(Vec::new(), |set| set.scenarios);
+    scenarios.into_iter().map(|scenario| scenario.id).collect()
+});
+
+/// Parses any id; completions offer those of the built-in set.
+#[derive(Clone)]
+struct ScenarioId;
+
+impl TypedValueParser for ScenarioId {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        arg: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(BUILT_IN_IDS.iter().map(|id| PossibleValue::new(id.as_str()))))
+    }
+}
+
 /// One scenario of a set.
 #[derive(Clone, Debug, clap::Args)]
 pub struct ScenarioArgs {
@@ -116,7 +145,7 @@ pub struct ScenarioArgs {
     #[arg(long, value_name = "FILE")]
     scenarios: Option<PathBuf>,
     /// Scenario of the set [default: its first; with --mission alone one drawn for that mission, s1-000]
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", value_parser = ScenarioId, hide_possible_values = true)]
     id: Option<String>,
     /// List the scenarios of the set and end
     #[arg(long, conflicts_with = "id")]

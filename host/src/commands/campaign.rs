@@ -9,7 +9,7 @@ use super::{Output, envelope, gather};
 use crate::report;
 use clap::Subcommand;
 use remora_host::campaign::{Campaign, Summary};
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::Error;
 use remora_host::formats::{Mission, NamedScenario, Verdict};
 use remora_host::learned::Learned;
@@ -49,7 +49,7 @@ pub(super) struct Args {
     #[command(flatten)]
     json: JsonArgs,
     /// Directory of the results; made where it does not exist
-    #[arg(long, value_name = "DIR", required = true)]
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath, required = true)]
     out: Option<PathBuf>,
 }
 
@@ -60,34 +60,17 @@ enum After {
     Envelope(envelope::Args),
 }
 
-/// Files beside the results.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum CampaignFile {
-    Plans,
-    Csv,
-    Report,
-    Nodes,
-}
-
-impl Choice for CampaignFile {
-    const ALL: &'static [Self] = &[Self::Plans, Self::Csv, Self::Report, Self::Nodes];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Plans => "plans",
-            Self::Csv => "csv",
-            Self::Report => "report",
-            Self::Nodes => "nodes",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Plans => "DIR/plans/ID.plan.json",
-            Self::Csv => "The table as CSV",
-            Self::Report => "DIR/report.html, and pages of notable plans in three dimensions",
-            Self::Nodes => "A table of trajectories, a row a node; with --part",
-        }
+choices! {
+    /// Files beside the results.
+    enum CampaignFile {
+        /// DIR/plans/ID.plan.json.
+        Plans = "plans",
+        /// The table as CSV.
+        Csv = "csv",
+        /// DIR/report.html, and pages of notable plans in three dimensions.
+        Report = "report",
+        /// A table of trajectories, a row a node; with --part.
+        Nodes = "nodes",
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) struct Args {
     #[command(flatten)]
     jobs: JobsArgs,
     /// Directory of the results; made where it does not exist
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     out: PathBuf,
     #[command(flatten)]
     json: JsonArgs,
@@ -50,10 +50,10 @@ pub(super) struct Args {
 
 const AFTER_HELP: &str = "\
 Examples:
-  remora learn dataset --count 10000 --seed 1000 --integrator euler --out data/euler-10k
-  remora learn dataset --count 12000 --seed 2000 --jobs 8 --out data/rk4-12k
-  remora learn dataset --count 30000 --seed 1000 --integrator euler --model first.model --sharp --out data/own
-  remora learn dataset --count 30000 --seed 1000 --integrator euler --part 3/20 --out data/shared
+  remora learn dataset --count 1000 --seed 1000 --integrator euler --out data/euler-1k
+  remora learn dataset --count 1200 --seed 2000 --jobs 8 --out data/rk4-1k
+  remora learn dataset --count 3000 --seed 1000 --integrator euler --model first.model --sharp --out data/own
+  remora learn dataset --count 30000 --seed 1000 --integrator euler --part 3/200 --out data/shared
 
 Scenarios whose plans are solved and verified are kept. Interrupt it at any time: the same command goes on where it stopped, after the last file of 500
 scenarios (--shard). The bytes do not depend on the number of threads. Choose a seed of which nothing will be

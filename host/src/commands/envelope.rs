@@ -50,7 +50,7 @@ pub(super) struct Args {
     json: JsonArgs,
     /// Directory of the results; made where it does not exist [default: runs/envelope, or
     /// runs/envelope-coarse with --coarse]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     out: Option<PathBuf>,
 }
 

@@ -3,7 +3,7 @@
 use super::Output;
 use super::options::choice;
 use remora_flight::errors_file;
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::Error;
 use remora_truth::Errors;
 
@@ -16,28 +16,13 @@ pub(super) struct Args {
     which: ErrorsName,
 }
 
-/// Errors that have a name, by which `--errors` takes them too.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ErrorsName {
-    Typical,
-    None,
-}
-
-impl Choice for ErrorsName {
-    const ALL: &'static [Self] = &[Self::Typical, Self::None];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Typical => "typical",
-            Self::None => "none",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Typical => "Typical errors, all of them assumed",
-            Self::None => "No errors at all: a file to switch single ones on",
-        }
+choices! {
+    /// Errors that have a name, by which `--errors` takes them too.
+    enum ErrorsName {
+        /// Typical errors, all of them assumed.
+        Typical = "typical",
+        /// No errors at all: a file to switch single ones on.
+        None = "none",
     }
 }
 

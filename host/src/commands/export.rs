@@ -37,7 +37,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, requires = "plan")]
     step: Option<f64>,
     /// Directory of the results; made where it does not exist
-    #[arg(long, value_name = "DIR", required_unless_present = "list")]
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath, required_unless_present = "list")]
     out: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,

@@ -65,7 +65,7 @@ pub(super) struct Args {
     #[arg(conflicts_with_all = ["errors", "seed", "jobs", "safety"])]
     rerun: Option<u64>,
     /// Directory of the results; made where it does not exist
-    #[arg(long, value_name = "DIR", required_unless_present_any = ["safety", "rerun", "list"])]
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath, required_unless_present_any = ["safety", "rerun", "list"])]
     out: Option<PathBuf>,
     // Kept last: its heading holds for all options below it.
     #[command(flatten)]
@@ -106,7 +106,7 @@ Examples:
   remora fly runs/pub-000.plan.json --errors mine.errors.toml --runs 5000 --part 3/50 --out shared
   remora fly --errors mine.errors.toml --runs 5000 --until 'miss_m<=0.02 p>=0.9973 conf>=0.95' --out runs/b
   remora fly runs/a --errors mine.errors.toml --runs 4 --seed 1 --out runs/a
-  remora fly runs/mine --rerun 417
+  remora fly runs/mine --rerun 17
   remora fly runs/pub-000.plan.json --safety planned
   remora fly runs/pub-000.plan.json --safety flown --errors mine.errors.toml --seed 3
 

@@ -14,7 +14,7 @@ use remora_flight::parts;
 use remora_flight::results::Results;
 use remora_flight::row::Row;
 use remora_flight::until::Until;
-use remora_host::choice::Choice;
+use remora_host::choice::{Choice, choices};
 use remora_host::error::Error;
 use remora_host::method::Integrator;
 use remora_host::part::Part;
@@ -54,49 +54,23 @@ pub(super) struct FlyingArgs {
     keep: Keep,
 }
 
-/// Gravity that acts in the world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Gravity {
-    Central,
-    Oblate,
-    None,
-}
-
-impl Choice for Gravity {
-    const ALL: &'static [Self] = &[Self::Central, Self::Oblate, Self::None];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Central => "central",
-            Self::Oblate => "j2",
-            Self::None => "none",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Central => "That of a point mass",
-            Self::Oblate => "The Earth's oblateness acts too",
-            Self::None => "No gravity at all",
-        }
+choices! {
+    /// Gravity that acts in the world.
+    enum Gravity {
+        /// That of a point mass.
+        Central = "central",
+        /// The Earth's oblateness acts too.
+        Oblate = "j2",
+        /// No gravity at all.
+        None = "none",
     }
 }
 
-/// Files beside the results.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FlightFile {
-    Steps,
-}
-
-impl Choice for FlightFile {
-    const ALL: &'static [Self] = &[Self::Steps];
-
-    fn name(self) -> &'static str {
-        "steps"
-    }
-
-    fn help(self) -> &'static str {
-        "Histories with a row a step of guidance, not a row a second"
+choices! {
+    /// Files beside the results.
+    enum FlightFile {
+        /// Histories with a row a step of guidance, not a row a second.
+        Steps = "steps",
     }
 }
 

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     /// Directory of the parts
-    #[arg(value_name = "DIR")]
+    #[arg(value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     directory: PathBuf,
     /// Plan N of the rows again and compare: a machine that computes wrongly is found
     #[arg(long, value_name = "N")]

@@ -51,7 +51,7 @@ enum Learn {
 
 const OF_LEARNING: &str = "\
 Examples:
-  remora learn dataset --count 12000 --seed 2000 --out data/rk4-12k
+  remora learn dataset --count 1200 --seed 2000 --out data/rk4-1k
   remora learn quantise small.f32.model small.model";
 
 impl LearnArgs {

@@ -72,8 +72,8 @@ Examples:
   remora mission import arm.urdf --explain
   remora mission import servicer.urdf --out mine.mission.toml
   remora mission import arm.urdf --bus bus.mission.toml --mount 0,0,0.5
-  remora mission import arm.urdf --end-effector tool0 --hold finger=0.02 --limit elbow=-2,2,0.05,10
-  remora mission import arm.urdf --axis 1,0,0 --start 0,-1.2,1.2 --armature 0.4,0.4,0.1 --json
+  remora mission import arm.urdf --end-effector tip --hold finger=0.02 --limit elbow=-2,2,0.05,10
+  remora mission import arm.urdf --axis 0,0,1 --start -1.2,1.2 --armature 0.4,0.1 --json
 
 What the file leaves open is refused, all of it at once, with the flag that mends it; or it is decided
 and said. No xacro, no SDF, no meshes.

@@ -10,6 +10,7 @@ mod export;
 mod fly;
 mod flying;
 mod gather;
+mod generate;
 mod groups;
 mod import;
 mod parts;
@@ -26,6 +27,7 @@ mod view;
 use crate::cli::options::QuietArgs;
 use crate::cli::{self, Output, Program, options, progress};
 use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use generate::Help;
 use remora_host::error::Error;
 use remora_host::formats::VERSION;
 use std::ffi::OsString;
@@ -38,6 +40,9 @@ use std::ffi::OsString;
 struct Cli {
     #[command(flatten)]
     quiet: QuietArgs,
+    /// Print completions, the manual or a schema for editors, and end
+    #[arg(long, value_name = "KIND", value_parser = options::choice::<Help>(), exclusive = true)]
+    generate: Option<Help>,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -50,6 +55,7 @@ Examples:
   remora view runs/pub-000.plan.json                 look at it, and plan on, in a browser
   remora fly runs/pub-000.plan.json --out runs/a     fly it in a world that it does not know
   remora mission show                                what follows from a mission's numbers
+  remora --generate man > remora.1                   the manual; bash, zsh and fish: completions
 
 A plan is one of three:
   optimal                     verified, and what was asked for was reached            exit status 0
@@ -89,6 +95,11 @@ impl Program for Cli {
     }
 
     fn run(self) -> Result<Output, Error> {
+        match (self.generate, &self.command) {
+            (Some(help), None) => return help.output(),
+            (Some(_), Some(_)) => return Err(Error::argument("--generate", "takes no command")),
+            (None, _) => {}
+        }
         let Some(command) = self.command else {
             let plan = no_arguments().and_then(|matches| plan::Args::from_arg_matches(&matches));
             let wrong = |error: clap::Error| Error::argument("plan", error.to_string());

@@ -6,7 +6,7 @@ use super::options::{
     is_stdout,
 };
 use crate::report;
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::Error;
 use remora_host::formats::{self, Mission, PlanFile, make_directory, plan_stem, write_atomically};
 use remora_host::memory::on_large_stack;
@@ -53,21 +53,11 @@ pub(super) struct Args {
     verbose: bool,
 }
 
-/// Files beside the plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Beside {
-    Svg,
-}
-
-impl Choice for Beside {
-    const ALL: &'static [Self] = &[Self::Svg];
-
-    fn name(self) -> &'static str {
-        "svg"
-    }
-
-    fn help(self) -> &'static str {
-        "A drawing: path, bus and arm, and all that has limits over time"
+choices! {
+    /// Files beside the plan.
+    enum Beside {
+        /// A drawing: path, bus and arm, and all that has limits over time.
+        Svg = "svg",
     }
 }
 
@@ -83,7 +73,7 @@ Examples:
   remora plan --scenarios a.scenarios.json --id s1-007 --out -
   remora plan --mission light.mission.toml --mode feasible
   remora plan --warm-start heuristic
-  remora plan --integrator euler --model mine.model
+  remora plan --model mine.model
   remora plan --deadline 0.5 --jobs 2
   remora plan --scrub
   remora plan --write svg

@@ -4,7 +4,7 @@ use super::Output;
 use super::options::{ForceArgs, JsonArgs};
 use remora_host::error::Error;
 use remora_host::formats::check_writable;
-use remora_host::report::{Align, Table};
+use remora_host::report::Table;
 use remora_learn::quantise::{Quantised, quantise_file};
 use std::path::PathBuf;
 
@@ -46,15 +46,8 @@ impl Args {
 }
 
 fn table(tensors: &[Quantised]) -> String {
-    let mut table = Table::new([
-        ("tensor", Align::Left),
-        ("rows", Align::Right),
-        ("columns", Align::Right),
-        ("bytes", Align::Right),
-        ("quantised", Align::Right),
-        ("largest error", Align::Right),
-        ("rms error", Align::Right),
-    ]);
+    let mut table =
+        Table::new("tensor | >rows | >columns | >bytes | >quantised | >largest error | >rms error");
     let percent = |error: Option<f64>| error.map_or("-".into(), |e| format!("{:.3} %", 100.0 * e));
     let mut total = [0, 0];
     for tensor in tensors {

@@ -7,35 +7,20 @@ use super::progress::Bar;
 use crate::report;
 use remora_flight::pilot::Sortie;
 use remora_flight::ways_out::WaysOut;
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::Error;
 use remora_host::formats::{PlanFile, Verdict};
 use remora_truth::Dispersion;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// How the ways out of an approach are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Safety {
-    Planned,
-    Flown,
-}
-
-impl Choice for Safety {
-    const ALL: &'static [Self] = &[Self::Planned, Self::Flown];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Planned => "planned",
-            Self::Flown => "flown",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Planned => "In the world that the plan knows",
-            Self::Flown => "From each node in a world that it does not know, too",
-        }
+choices! {
+    /// How the ways out of an approach are found.
+    pub(super) enum Safety {
+        /// In the world that the plan knows.
+        Planned = "planned",
+        /// From each node in a world that it does not know, too.
+        Flown = "flown",
     }
 }
 

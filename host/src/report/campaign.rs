@@ -1,6 +1,6 @@
 //! Report of `remora campaign`.
 
-use super::{Align, Table, number, time};
+use super::{Table, number, time};
 use remora_host::campaign::{NearestOf, Results, Statistics, Summary};
 use remora_host::stopwatch::busy_share;
 use std::fmt::Write;
@@ -70,15 +70,7 @@ pub fn summary_report(summary: &Summary) -> String {
 }
 
 fn statistics(summary: &Summary) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("", Align::Left),
-        ("mean", right),
-        ("std", right),
-        ("median", right),
-        ("p99", right),
-        ("max", right),
-    ]);
+    let mut table = Table::new(" | >mean | >std | >median | >p99 | >max");
     let mut row = |name: &str, s: &Statistics, show: fn(f64) -> String| {
         let [mean, std, median, p99, max] = [s.mean, s.std, s.median, s.p99, s.max].map(show);
         table.row([name.into(), mean, std, median, p99, max]);

@@ -1,6 +1,6 @@
 //! Report of `remora check`.
 
-use super::{Align, Table, clearance_table, residual_table};
+use super::{Table, clearance_table, residual_table};
 use remora_host::checking::{Disagreement, PlanCheck, share};
 use remora_host::formats::Verdict;
 use std::fmt::Write;
@@ -53,15 +53,8 @@ fn found(plan: &PlanCheck) -> String {
 }
 
 fn overview(plans: &[PlanCheck]) -> String {
-    let mut table = Table::new([
-        ("plan", Align::Left),
-        ("verdict", Align::Left),
-        ("integrator", Align::Left),
-        ("nearest its tolerance", Align::Left),
-        ("of it", Align::Right),
-        ("arm", Align::Right),
-        ("agrees", Align::Left),
-    ]);
+    let mut table =
+        Table::new("plan | verdict | integrator | nearest its tolerance | >of it | >arm | agrees");
     for plan in plans {
         let (name, share) = nearest(plan);
         let arm = plan.clearances.arm.distance;

@@ -1,6 +1,6 @@
 //! Report of `remora campaign envelope`.
 
-use super::{Align, Table};
+use super::Table;
 use remora_host::envelope::{EnvelopeResult, Map};
 use std::fmt::Write;
 
@@ -29,18 +29,9 @@ pub fn envelope_report(made: &EnvelopeResult) -> String {
 }
 
 fn overview(map: &Map) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("vehicle", Align::Left),
-        ("horizon", right),
-        ("cells", right),
-        ("planned", right),
-        ("impossible", right),
-        ("no start", right),
-        ("refused", right),
-        ("all optimal", right),
-        ("success", right),
-    ]);
+    let mut table = Table::new(
+        "vehicle | >horizon | >cells | >planned | >impossible | >no start | >refused | >all optimal | >success",
+    );
     for vehicle in &map.vehicles {
         for horizon in &map.horizons_s {
             let cells: Vec<_> = map.rows(&vehicle.name, *horizon).into_iter().flatten().collect();

@@ -1,19 +1,14 @@
 //! Report of `remora export --format qp`.
 
-use super::{Align, Table};
+use super::Table;
 use remora_host::export::QpExport;
 use std::path::Path;
 
 /// Reports what was written, and how well its solver did.
 pub fn export_report(exported: &QpExport, directory: &Path) -> String {
     let plan = &exported.planned.file;
-    let mut table = Table::new([
-        ("stage", Align::Left),
-        ("programs", Align::Right),
-        ("corrections", Align::Right),
-        ("unsolved", Align::Right),
-        ("largest KKT residual", Align::Right),
-    ]);
+    let mut table =
+        Table::new("stage | >programs | >corrections | >unsolved | >largest KKT residual");
     for (name, stage) in ["1 translation", "2 reorientation"].into_iter().zip(&exported.stages) {
         table.row([
             name.into(),

@@ -1,17 +1,12 @@
 //! Report of `remora mission import`.
 
-use super::{Align, Table, vehicle_report};
+use super::{Table, vehicle_report};
 use remora_host::importing::ImportedMission;
 
 /// Reports the decisions, the joints' angles, and what follows from the mission.
 pub fn import_report(imported: &ImportedMission) -> String {
     let ImportedMission { robot, joints, decided, notes, doubts, vehicle, .. } = imported;
-    let mut table = Table::new([
-        ("joint", Align::Left),
-        ("", Align::Left),
-        ("start [deg]", Align::Right),
-        ("capture [deg]", Align::Right),
-    ]);
+    let mut table = Table::new("joint |  | >start [deg] | >capture [deg]");
     for (i, joint) in joints.iter().enumerate() {
         let degrees = |angle: f64| format!("{:.2}", angle.to_degrees() + 0.0);
         let number = (i + 1).to_string();

@@ -35,13 +35,7 @@ use remora_host::report::{Align, Table, number, time};
 
 /// Residuals against their tolerances.
 fn residual_table(residuals: &Residuals, tolerances: &Tolerances) -> Table {
-    let mut table = Table::new([
-        ("residual", Align::Left),
-        ("value", Align::Right),
-        ("tolerance", Align::Right),
-        ("", Align::Left),
-        ("unit", Align::Left),
-    ]);
+    let mut table = Table::new("residual | >value | >tolerance |  | unit");
     let rows = residuals.against(tolerances);
     for ((name, value, tolerance), unit) in rows.into_iter().zip(Residuals::UNITS) {
         let mark = if value <= tolerance { "ok" } else { "TOO LARGE" };
@@ -58,13 +52,7 @@ fn residual_table(residuals: &Residuals, tolerances: &Tolerances) -> Table {
 
 /// How near bodies come to each other.
 fn clearance_table(clearances: &Clearances) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("smallest distance", Align::Left),
-        ("m", right),
-        ("at", right),
-        ("", Align::Left),
-    ]);
+    let mut table = Table::new("smallest distance | >m | >at | ");
     let pairs = ["arm to target", "bus to target", "arm to own bus"];
     for ((name, closest), pair) in clearances.named().into_iter().zip(pairs) {
         let (distance, at, by) = match closest.distance.is_finite() {

@@ -1,6 +1,6 @@
 //! Report of `remora plan`.
 
-use super::{Align, Table, clearance_table, number, overlap_warning, residual_table, time};
+use super::{Table, clearance_table, number, overlap_warning, residual_table, time};
 use remora_core::advanced::model::Refusal;
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{Mission, PlanFile, Status, Verdict, is_named_packet, json};
@@ -19,14 +19,7 @@ pub fn refusal_report(scenario: &str, refusal: &Refusal) -> String {
 pub fn plan_report(planned: &PlanOutcome, mission: &Mission, file: &Path) -> String {
     let plan = &planned.file;
     let (translation, reorientation) = (&plan.stage1, &plan.stage2);
-    let mut stages = Table::new([
-        ("stage", Align::Left),
-        ("status", Align::Left),
-        ("iterations", Align::Right),
-        ("corrections", Align::Right),
-        ("cost", Align::Right),
-        ("time", Align::Right),
-    ]);
+    let mut stages = Table::new("stage | status | >iterations | >corrections | >cost | >time");
     let mut stage = |name: &str, status: Status, counts: [u64; 2], cost: f64, time_s: f64| {
         let [iterations, corrections] = counts.map(|n| n.to_string());
         let cells = [name.into(), status.to_string(), iterations, corrections, number(cost)];

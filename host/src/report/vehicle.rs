@@ -1,6 +1,6 @@
 //! Report of `remora mission show`.
 
-use super::{Align, Table, number};
+use super::{Table, number};
 use remora_host::vehicle::{Margin, Vehicle};
 
 /// Geometry, masses, the joints' ways, margins, and whether an approach can end.
@@ -14,12 +14,7 @@ pub fn vehicle_report(vehicle: &Vehicle) -> String {
 }
 
 fn numbers(vehicle: &Vehicle) -> Table {
-    let mut table = Table::new([
-        ("number", Align::Left),
-        ("value", Align::Right),
-        ("unit", Align::Left),
-        ("", Align::Left),
-    ]);
+    let mut table = Table::new("number | >value | unit | ");
     let mut row = |name: &str, value: String, unit: &str, note: &str| {
         table.row([name.into(), value, unit.into(), note.into()]);
     };
@@ -58,13 +53,7 @@ fn two(first: f64, second: f64) -> String {
 }
 
 fn joints(vehicle: &Vehicle) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("joint", Align::Left),
-        ("travel", right),
-        ("needs", right),
-        ("has until preset", right),
-    ]);
+    let mut table = Table::new("joint | >travel | >needs | >has until preset");
     for (i, joint) in vehicle.joints.iter().enumerate() {
         table.row([
             (i + 1).to_string(),
@@ -78,14 +67,7 @@ fn joints(vehicle: &Vehicle) -> Table {
 
 /// Torque and momentum that the fastest scenario needs, those available, and the reason if one is unknown.
 fn margins(vehicle: &Vehicle) -> String {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("fastest scenario", Align::Left),
-        ("needs", right),
-        ("has", right),
-        ("times", right),
-        ("unit", Align::Left),
-    ]);
+    let mut table = Table::new("fastest scenario | >needs | >has | >times | unit");
     let mut reasons = String::new();
     let mut row = |name: &str, margin: &Margin, unit: &str| {
         let [needed, available, factor] = [margin.needed, margin.available, margin.factor()]

@@ -81,6 +81,14 @@ impl Bench {
         command
     }
 
+    /// A line of a shell.
+    pub fn shell(&self, line: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", line]).current_dir(self.0.path());
+        command.stdin(Stdio::null()).env_remove("CARGO_TARGET_DIR");
+        command
+    }
+
     pub fn run(&self, arguments: &str) -> Run {
         let output = self.command(arguments).output().unwrap();
         Run {

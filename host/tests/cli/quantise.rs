@@ -29,7 +29,7 @@ fn header() -> Header {
 }
 
 /// A bench with `in.model`, in single precision with weights at random.
-fn bench() -> Bench {
+pub fn bench() -> Bench {
     let bench = Bench::new();
     let mut bytes = vec![0; 1 << 20];
     let length = synthetic_model(&header(), 1, &mut bytes).unwrap();

@@ -128,6 +128,9 @@ pub fn in_help() -> (Vec<String>, usize) {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             let is_example =
                 |line: &&str| line.starts_with("  remora") || line.starts_with("  cargo xtask");
+            if !help.lines().any(|line| is_example(&line)) {
+                faults.push(format!("{}: no example", command.get_name()));
+            }
             for line in help.lines().filter(is_example) {
                 let line = line.trim().split("  ").next().unwrap_or_default();
                 faults.extend(fault(line, Written::Whole));

@@ -4,6 +4,7 @@
 mod numbers;
 mod pages;
 mod reference;
+mod schemas;
 mod supply;
 
 use pages::{LAB, Page, all, root};

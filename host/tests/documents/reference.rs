@@ -22,6 +22,8 @@ After this page you can call every command of `remora` with the options that you
 
 const AFTER: &str = "\
 Add `--help` to a command for more about its files. `--quiet` leaves out reports and progress.
+`remora --generate KIND` prints completions (`bash`, `zsh`, `fish`), the manual (`man`) or a JSON Schema
+(`mission-schema`, `scenarios-schema`, `errors-schema`).
 
 ## Exit status
 
@@ -152,7 +154,7 @@ fn value(arg: &Arg, placeholder: String) -> String {
     }
     let choices = arg.get_possible_values();
     let names: Vec<&str> = choices.iter().map(|choice| choice.get_name()).collect();
-    match names.is_empty() {
+    match names.is_empty() || arg.is_hide_possible_values_set() {
         // An argument without a name stands by its placeholder already.
         true if arg.is_positional() => String::new(),
         true => placeholder,

@@ -1,25 +1,13 @@
 //! The iterations of a stage, a line each.
 
-use super::{Align, Table, number, time};
+use super::{Table, number, time};
 use remora_core::advanced::scp::IterationRecord;
 
 /// The iteration log of a stage, a line an iteration.
 pub fn iteration_log(title: &str, log: &[IterationRecord]) -> String {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("it", right),
-        ("cost", right),
-        ("penalty", right),
-        ("ratio", right),
-        ("radius", right),
-        ("weight", right),
-        ("worst", right),
-        ("", Align::Left),
-        ("QP it", right),
-        ("corr", right),
-        ("QP status", Align::Left),
-        ("time", right),
-    ]);
+    let mut table = Table::new(
+        ">it | >cost | >penalty | >ratio | >radius | >weight | >worst |  | >QP it | >corr | QP status | >time",
+    );
     for (i, record) in log.iter().enumerate() {
         table.row([
             (i + 1).to_string(),

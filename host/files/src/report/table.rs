@@ -40,10 +40,29 @@ pub struct Table {
     rows: Vec<Vec<String>>,
 }
 
+/// The head of a table: names and alignments of its columns.
+pub struct Head(Vec<(String, Align)>);
+
+impl From<&str> for Head {
+    fn from(names: &str) -> Self {
+        let column = |name: &str| match name.strip_prefix('>') {
+            Some(name) => (name.to_string(), Align::Right),
+            None => (name.to_string(), Align::Left),
+        };
+        Self(names.split('|').map(|name| column(name.trim())).collect())
+    }
+}
+
+impl<const N: usize> From<[(&str, Align); N]> for Head {
+    fn from(columns: [(&str, Align); N]) -> Self {
+        Self(columns.map(|(name, align)| (name.to_string(), align)).into())
+    }
+}
+
 impl Table {
-    /// An empty table with a head.
-    pub fn new<const N: usize>(head: [(&str, Align); N]) -> Self {
-        Self { head: head.map(|(name, align)| (name.to_string(), align)).into(), rows: Vec::new() }
+    /// An empty table with a head: a text as `name | >number`, columns with `>` to the right, or an array.
+    pub fn new(head: impl Into<Head>) -> Self {
+        Self::with_columns(head.into().0)
     }
 
     /// An empty table with so many columns as there are.
@@ -140,7 +159,7 @@ mod tests {
 
     #[test]
     fn columns_line_up() {
-        let mut table = Table::new([("name", Align::Left), ("n", Align::Right), ("", Align::Left)]);
+        let mut table = Table::new("name | >n |");
         table.row(["a".into(), "1".into(), "ok".into()]);
         table.row(["longer".into(), "1000".into(), String::new()]);
         let expected = "name       n\n----------------\na          1  ok\nlonger  1000\n";

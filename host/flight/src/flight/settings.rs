@@ -5,62 +5,30 @@ use crate::navigation::Filters;
 use crate::nominal::Surroundings;
 use remora_core::advanced::guidance::{GuidanceSettings, Triggers};
 use remora_core::advanced::model::Integrator;
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use serde::{Deserialize, Serialize};
 
-/// Controller of a flight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Controller {
-    /// Tracks the plan.
-    Track,
-    /// Tracks it and plans again.
-    Replan,
-}
-
-/// Drive of the joints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum JointControl {
-    /// By torques.
-    Torque,
-    /// By angle and rate references that loops of their own follow.
-    Servo,
-}
-
-impl Choice for Controller {
-    const ALL: &'static [Self] = &[Self::Track, Self::Replan];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Track => "track",
-            Self::Replan => "replan",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Track => "guidance tracks the plan",
-            Self::Replan => "guidance tracks the plan, and plans again",
-        }
+choices! {
+    /// Controller of a flight.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Controller {
+        /// Guidance tracks the plan.
+        Track = "track",
+        /// Guidance tracks the plan, and plans again.
+        Replan = "replan",
     }
 }
 
-impl Choice for JointControl {
-    const ALL: &'static [Self] = &[Self::Torque, Self::Servo];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Torque => "torque",
-            Self::Servo => "servo",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Torque => "by torques",
-            Self::Servo => "by angle and rate references that loops of their own follow",
-        }
+choices! {
+    /// Drive of the joints.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum JointControl {
+        /// By torques.
+        Torque = "torque",
+        /// By angle and rate references that loops of their own follow.
+        Servo = "servo",
     }
 }
 

@@ -7,8 +7,8 @@ use super::published::{self, DECODERS};
 use super::{Card, card, models};
 use remora_host::error::Error;
 use remora_host::method::Mode;
+use remora_host::report::Table;
 use remora_host::report::plot::{Lines, Series};
-use remora_host::report::{Align, Table};
 use serde::Serialize;
 
 /// A row: the heuristic, or a model.
@@ -66,16 +66,8 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
 }
 
 fn table(lines: &[Line<'_>]) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("start", Align::Left),
-        ("H", right),
-        ("success [%]", right),
-        ("cost", right),
-        ("iterations", right),
-        ("time", right),
-        ("inference", right),
-    ]);
+    let mut table =
+        Table::new("start | >H | >success [%] | >cost | >iterations | >time | >inference");
     for line in lines {
         let Measured { success, iterations, time_s, inference_s, cost, .. } = &line.measured;
         let chunk = line.model.map_or(measure::NONE.into(), |card| card.chunk.to_string());
@@ -117,16 +109,11 @@ const COMPARISON: &str = "Against the heuristic, scenario by scenario: changes o
                           and median of the differences of cost";
 
 fn comparison(lines: &[Line<'_>]) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("model", Align::Left),
-        ("iterations [%]", right),
-        (models::PAPER_COLUMN, right),
-        ("time [%]", right),
-        (models::PAPER_COLUMN, right),
-        ("cost [1e-3]", right),
-        ("median", right),
-    ]);
+    let paper = models::PAPER_COLUMN;
+    let head = format!(
+        "model | >iterations [%] | >{paper} | >time [%] | >{paper} | >cost [1e-3] | >median"
+    );
+    let mut table = Table::new(head.as_str());
     for line in lines {
         let Some(against) = &line.against_heuristic else { continue };
         table.row([

@@ -9,7 +9,7 @@ use remora_host::error::Error;
 use remora_host::formats::Row;
 use remora_host::method::Mode;
 use remora_host::report::plot::Distributions;
-use remora_host::report::{Align, Table, number};
+use remora_host::report::{Table, number};
 use serde::Serialize;
 
 /// A row: a mode and a start.
@@ -98,14 +98,7 @@ fn name((mode, model): &(Mode, Option<&Card>)) -> String {
 }
 
 fn table(lines: &[Line<'_>]) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("mode, start", Align::Left),
-        ("feasible [%]", right),
-        ("iterations", right),
-        ("time", right),
-        ("inference", right),
-    ]);
+    let mut table = Table::new("mode, start | >feasible [%] | >iterations | >time | >inference");
     for line in lines {
         let Measured { success, iterations, time_s, inference_s, .. } = &line.measured;
         table.row([
@@ -129,15 +122,8 @@ fn table(lines: &[Line<'_>]) -> Table {
 }
 
 fn costs(lines: &[Line<'_>]) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("mode, start", Align::Left),
-        ("mean", right),
-        ("median", right),
-        ("p99", right),
-        ("95 %", right),
-        ("of the optimal p99", right),
-    ]);
+    let mut table =
+        Table::new("mode, start | >mean | >median | >p99 | >95 % | >of the optimal p99");
     let ratio = |value: f64, best: Option<f64>| match best {
         Some(best) => format!("{:.2}", value / best),
         None => measure::NONE.into(),
@@ -170,13 +156,7 @@ fn costs(lines: &[Line<'_>]) -> Table {
 }
 
 fn comparison(lines: &[Line<'_>]) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("mode, start", Align::Left),
-        ("iterations [%]", right),
-        ("time [%]", right),
-        ("cost, median [1e-3]", right),
-    ]);
+    let mut table = Table::new("mode, start | >iterations [%] | >time [%] | >cost, median [1e-3]");
     for line in lines {
         let Some(against) = &line.against_heuristic else { continue };
         table.row([

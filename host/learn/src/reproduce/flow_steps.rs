@@ -8,7 +8,7 @@ use super::{Card, Decoder, card, models};
 use remora_host::error::Error;
 use remora_host::method::Mode;
 use remora_host::report::plot::{Lines, Series};
-use remora_host::report::{Align, Table, number};
+use remora_host::report::{Table, number};
 use remora_host::statistics::Mean;
 use serde::Serialize;
 
@@ -66,16 +66,9 @@ pub(super) fn reproduce(models: &[Card], lab: &mut dyn Laboratory) -> Result<Fin
 }
 
 fn table(lines: &[Line<'_>], heuristic: &Measured) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("model", Align::Left),
-        ("n", right),
-        ("inference", right),
-        ("EE error [m]", right),
-        ("iterations", right),
-        ("change [%]", right),
-        ("success [%]", right),
-    ]);
+    let mut table = Table::new(
+        "model | >n | >inference | >EE error [m] | >iterations | >change [%] | >success [%]",
+    );
     let none = || measure::NONE.to_string();
     table.row([
         "heuristic".into(),

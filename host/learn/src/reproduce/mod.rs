@@ -30,37 +30,28 @@ pub use laboratory::{Laboratory, Run, Start};
 pub use measure::{Against, Measured};
 pub use paired::{Judgement, Paired};
 
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::Error;
 use remora_host::formats::NamedScenario;
 use remora_host::method::Integrator;
 use serde::Serialize;
 use serde_json::Value;
 
-/// A table or figure of the paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Table {
-    /// Table II: steps of the flow.
-    FlowSteps,
-    /// Table III: decoders and chunk lengths.
-    Decoders,
-    /// The figure of decoders over the size of the training set.
-    SampleEfficiency,
-    /// Table IV: feasibility and optimality.
-    Feasibility,
+choices! {
+    /// A table or figure of the paper.
+    pub enum Table {
+        /// Table II: steps of the flow.
+        FlowSteps = "flow-steps",
+        /// Table III: decoders and chunk lengths.
+        Decoders = "decoders",
+        /// The figure of decoders over the size of the training set.
+        SampleEfficiency = "sample-efficiency",
+        /// Table IV: feasibility and optimality.
+        Feasibility = "feasibility",
+    }
 }
 
 impl Table {
-    /// Name of its files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::FlowSteps => "flow-steps",
-            Self::Decoders => "decoders",
-            Self::SampleEfficiency => "sample-efficiency",
-            Self::Feasibility => "feasibility",
-        }
-    }
-
     /// Makes it of the models that there are for the integrator.
     ///
     /// # Errors
@@ -71,24 +62,6 @@ impl Table {
             Self::Decoders => decoders::reproduce(models, lab),
             Self::SampleEfficiency => sample_efficiency::reproduce(models, lab),
             Self::Feasibility => feasibility::reproduce(models, lab),
-        }
-    }
-}
-
-impl Choice for Table {
-    const ALL: &'static [Self] =
-        &[Self::FlowSteps, Self::Decoders, Self::SampleEfficiency, Self::Feasibility];
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::FlowSteps => "Table II: steps of the flow",
-            Self::Decoders => "Table III: decoders and chunk lengths",
-            Self::SampleEfficiency => "The figure of decoders over the size of the training set",
-            Self::Feasibility => "Table IV: feasibility and optimality",
         }
     }
 }
@@ -132,6 +105,7 @@ fn to_value(numbers: &impl Serialize) -> Result<Value, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use remora_host::choice::Choice;
     use remora_host::formats::{Mission, ScenarioSet};
     use remora_host::lineage::Source;
 

@@ -6,7 +6,7 @@ use super::measure::{self, Against, Measured};
 use remora_host::error::Error;
 use remora_host::formats::{Row, Status};
 use remora_host::method::Mode;
-use remora_host::report::{Align, Table};
+use remora_host::report::Table;
 use remora_host::statistics::{self, Estimate};
 use serde::Serialize;
 
@@ -79,13 +79,7 @@ impl Paired {
 
     /// The numbers and what follows from them, in text.
     pub fn text(&self) -> String {
-        let right = Align::Right;
-        let mut table = Table::new([
-            ("start", Align::Left),
-            ("solved [%]", right),
-            ("iterations", right),
-            ("cost", right),
-        ]);
+        let mut table = Table::new("start | >solved [%] | >iterations | >cost");
         let before = self.before.iter().map(|before| ("built-in model", before));
         let own = [("heuristic", &self.heuristic), ("model", &self.model)];
         for (name, of) in own.into_iter().chain(before) {

@@ -8,7 +8,7 @@ use super::{Card, Decoder, card, models};
 use remora_host::error::Error;
 use remora_host::method::Mode;
 use remora_host::report::plot::{Lines, Series};
-use remora_host::report::{Align, Table, number};
+use remora_host::report::{Table, number};
 use remora_host::statistics::Estimate;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -89,16 +89,11 @@ fn published(decoder: Decoder, size: u64) -> String {
 }
 
 fn table(points: &[Point<'_>], heuristic: &Measured) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("start", Align::Left),
-        ("size", right),
-        ("iterations", right),
-        (models::PAPER_COLUMN, right),
-        ("change [%]", right),
-        ("time", right),
-        ("success [%]", right),
-    ]);
+    let head = format!(
+        "start | >size | >iterations | >{} | >change [%] | >time | >success [%]",
+        models::PAPER_COLUMN
+    );
+    let mut table = Table::new(head.as_str());
     let Spread { mean, std } = DECODERS[0].iterations;
     table.row([
         "heuristic".into(),

@@ -165,16 +165,9 @@ fn shown(cell: &Cell) -> String {
 }
 
 fn vehicles(records: &[VehicleRecord]) -> Table {
-    let mut table = Table::new([
-        ("vehicle", Align::Left),
-        ("mass", Align::Right),
-        ("force", Align::Right),
-        ("bus torque", Align::Right),
-        ("joint torque", Align::Right),
-        ("joint rate", Align::Right),
-        ("keep-out far, near", Align::Right),
-        ("file", Align::Left),
-    ]);
+    let mut table = Table::new(
+        "vehicle | >mass | >force | >bus torque | >joint torque | >joint rate | >keep-out far, near | file",
+    );
     for record in records {
         let [far, near] = record.keep_out_m;
         table.row([

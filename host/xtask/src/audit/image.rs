@@ -43,15 +43,9 @@ const CRATES: [&str; 3] = ["remora_core", "remora_qp", "remora_nn"];
 
 /// The bounds side by side, and the chain of each.
 pub fn stack_tables(bounds: &[StackBound]) -> Vec<(String, Table)> {
-    let mut all = Table::new([
-        ("entry point", Align::Left),
-        ("function", Align::Left),
-        ("bound [bytes]", Align::Right),
-        ("narrowed [bytes]", Align::Right),
-        ("functions", Align::Right),
-        ("indirect calls", Align::Right),
-        ("not covered", Align::Left),
-    ]);
+    let mut all = Table::new(
+        "entry point | function | >bound [bytes] | >narrowed [bytes] | >functions | >indirect calls | not covered",
+    );
     for bound in bounds {
         let bytes = match (bound.bytes, bound.instances) {
             (Some(bytes), _) => bytes.to_string(),
@@ -71,11 +65,7 @@ pub fn stack_tables(bounds: &[StackBound]) -> Vec<(String, Table)> {
     }
     let mut tables = vec![("Stack bounds".to_string(), all)];
     for bound in bounds.iter().filter(|bound| !bound.chain.is_empty()) {
-        let mut chain = Table::new([
-            ("function", Align::Left),
-            ("frame [bytes]", Align::Right),
-            ("sum [bytes]", Align::Right),
-        ]);
+        let mut chain = Table::new("function | >frame [bytes] | >sum [bytes]");
         for frame in &bound.chain {
             let bytes = frame.frame_bytes.map_or("unknown".into(), |bytes| bytes.to_string());
             chain.row([frame.function.clone(), bytes, frame.sum_bytes.to_string()]);
@@ -105,8 +95,7 @@ fn not_covered(not: &NotCovered) -> String {
 /// Sections, code and read-only data by crate and of what flies by module, models, memory that is written.
 pub fn size_tables(sizes: &Sizes) -> Vec<(String, Table)> {
     let by_origin = |depth: usize| {
-        let right = Align::Right;
-        let mut table = Table::new([("", Align::Left), ("code", right), ("read-only data", right)]);
+        let mut table = Table::new(" | >code | >read-only data");
         let flies = |name: &str| CRATES.contains(&name.split("::").next().unwrap_or_default());
         for (name, code, data) in sizes.by_origin(depth) {
             if depth == 0 || flies(&name) {

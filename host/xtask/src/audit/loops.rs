@@ -7,7 +7,7 @@ use remora_host::method::{Integrator, Method, Qp, WarmStart};
 use remora_host::planning::{Planner, Subproblem, WallClock};
 use remora_host::pool;
 use remora_host::progress::Progress;
-use remora_host::report::{Align, Page, Table};
+use remora_host::report::{Page, Table};
 use remora_host::request::PlanRequest;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
@@ -98,14 +98,9 @@ impl Loops {
 
     /// Table of the observations.
     pub fn table(&self) -> Table {
-        let mut table = Table::new([
-            ("method", Align::Left),
-            ("Stage 1 iterations", Align::Right),
-            ("Stage 2 iterations", Align::Right),
-            ("of", Align::Left),
-            ("corrections", Align::Right),
-            ("solver iterations", Align::Right),
-        ]);
+        let mut table = Table::new(
+            "method | >Stage 1 iterations | >Stage 2 iterations | of | >corrections | >solver iterations",
+        );
         for row in &self.observed {
             table.row([
                 row.method.clone(),
@@ -165,7 +160,7 @@ fn one(
 
 /// The bounds that the code has.
 fn bounds() -> Table {
-    let mut table = Table::new([("loop", Align::Left), ("most turns", Align::Right)]);
+    let mut table = Table::new("loop | >most turns");
     let bound = |bound: Option<u64>| bound.map_or("argument".into(), |turns| turns.to_string());
     for row in &LOOPS {
         let turns = match row.default == row.most {

@@ -99,12 +99,7 @@ fn open_proofs(image: &ImageMemory) -> impl Iterator<Item = &Proof> {
 
 /// Claims that are not proven, with the symbols found.
 fn unproven(memory: &Memory) -> Table {
-    let mut table = Table::new([
-        ("target", Align::Left),
-        ("claim", Align::Left),
-        ("verdict", Align::Left),
-        ("found", Align::Left),
-    ]);
+    let mut table = Table::new("target | claim | verdict | found");
     for image in images(memory) {
         for proof in open_proofs(image) {
             let verdict = match proof.verdict {
@@ -153,11 +148,7 @@ fn areas(image: &ImageMemory) -> [u64; 4] {
 
 /// Requests for memory by method.
 fn allocations(memory: &Memory) -> Table {
-    let mut table = Table::new([
-        ("method", Align::Left),
-        ("plans", Align::Right),
-        ("requests for memory", Align::Right),
-    ]);
+    let mut table = Table::new("method | >plans | >requests for memory");
     for row in memory.allocations.iter().flatten() {
         table.row([row.method.clone(), row.plans.to_string(), row.requests.to_string()]);
     }

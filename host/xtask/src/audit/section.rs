@@ -1,7 +1,7 @@
 //! The parts of an audit and what holds them together.
 
 use super::emulation::{Emulation, ReportFile};
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 use remora_host::error::{Error, FieldError};
 use remora_host::formats::{Limit, json, read_text, write_atomically};
 use remora_host::provenance::Provenance;
@@ -11,63 +11,24 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A part of the audit: a section of the page, and the numbers that it is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Section {
-    /// Instructions of the images under emulation.
-    Instructions,
-    /// Static memory, code, stack, proofs, of the images.
-    Memory,
-    /// Bounds of loops and turns observed.
-    Loops,
-    /// Times on the host.
-    Latency,
-    /// Flipped bits.
-    Injection,
-    /// Where the planner works.
-    Envelope,
-}
-
-impl Choice for Section {
-    // In the order in which they are measured: memory looks at the images that the instructions have
-    // been counted with.
-    const ALL: &'static [Self] = &[
-        Self::Instructions,
-        Self::Memory,
-        Self::Loops,
-        Self::Latency,
-        Self::Injection,
-        Self::Envelope,
-    ];
-
-    fn name(self) -> &'static str {
-        self.name()
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::Instructions => "Instructions of the images under emulation",
-            Self::Memory => "Static memory, code, stack, proofs, of the images",
-            Self::Loops => "Bounds of loops and turns observed",
-            Self::Latency => "Times on the host",
-            Self::Injection => "Flipped bits",
-            Self::Envelope => "Where the planner works",
-        }
-    }
-}
-
-impl Section {
-    /// Name of its section and in the file of numbers.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Instructions => "instructions",
-            Self::Memory => "memory",
-            Self::Loops => "loops",
-            Self::Latency => "latency",
-            Self::Injection => "injection",
-            Self::Envelope => "envelope",
-        }
+choices! {
+    /// A part of the audit: a section of the page, and the numbers that it is made of. In the order in which they
+    /// are measured: memory looks at the images that the instructions have been counted with.
+    #[derive(PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Section {
+        /// Instructions of the images under emulation.
+        Instructions = "instructions",
+        /// Static memory, code, stack, proofs, of the images.
+        Memory = "memory",
+        /// Bounds of loops and turns observed.
+        Loops = "loops",
+        /// Times on the host.
+        Latency = "latency",
+        /// Flipped bits.
+        Injection = "injection",
+        /// Where the planner works.
+        Envelope = "envelope",
     }
 }
 

@@ -8,7 +8,7 @@ use crate::audit::profile::Profile;
 use crate::inject::Injection;
 use remora_host::choice::Choice;
 use remora_host::error::FieldError;
-use remora_host::report::{Align, Page, Table, number, time};
+use remora_host::report::{Page, Table, number, time};
 use std::collections::BTreeSet;
 
 /// Requirement with its threshold and the value seen.
@@ -210,12 +210,7 @@ pub fn pages(numbers: &Numbers, bars: &[Bar], budgets: &Budgets, measured: &Meas
 
 /// Bars as a table.
 pub fn bar_table(bars: &[Bar]) -> Table {
-    let mut table = Table::new([
-        ("", Align::Left),
-        ("threshold", Align::Left),
-        ("measured", Align::Right),
-        ("", Align::Left),
-    ]);
+    let mut table = Table::new(" | threshold | >measured | ");
     for bar in bars {
         let verdict = match (bar.is_met, bar.is_hard) {
             (true, _) => "met",

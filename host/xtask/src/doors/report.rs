@@ -1,16 +1,11 @@
 //! Report of `cargo xtask replay`.
 
 use super::replay::{Outcome, Replays, Row};
-use remora_host::report::{Align, Table};
+use remora_host::report::Table;
 
 /// The doors, one a row.
 pub fn replay_report(replays: &Replays) -> String {
-    let mut table = Table::new([
-        ("door", Align::Left),
-        ("checksum", Align::Left),
-        ("", Align::Left),
-        ("time", Align::Right),
-    ]);
+    let mut table = Table::new("door | checksum |  | >time");
     for row in &replays.doors {
         let (checksum, said) = cells(row);
         table.row([row.door.into(), checksum, said, format!("{:.1} s", row.time_ms as f64 / 1e3)]);

@@ -2,7 +2,7 @@
 
 use crate::inject::{Class, Extra, Injection, Record, Replay, Share};
 use remora_host::campaign::Statistics;
-use remora_host::report::{Align, Table, iteration_log, number};
+use remora_host::report::{Table, iteration_log, number};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -80,12 +80,8 @@ fn summary(r: &Record) -> String {
 impl Injection {
     /// Mean and most extra iterations and cost of all sites together, a row a class.
     pub fn costs_of_classes(&self) -> Table {
-        let right = Align::Right;
-        let mut table = Table::new([
-            ("class", Align::Left),
-            ("extra iterations, mean, most", right),
-            ("extra cost [%], mean, most", right),
-        ]);
+        let mut table =
+            Table::new("class | >extra iterations, mean, most | >extra cost [%], mean, most");
         let both = |of: &Statistics, scale: f64| {
             [of.mean, of.max].map(|value| sign(number(scale * value))).join(", ")
         };
@@ -98,15 +94,7 @@ impl Injection {
 
     /// Classes by site, without those that must not occur.
     pub fn overview(&self) -> Table {
-        let right = Align::Right;
-        let mut table = Table::new([
-            ("site", Align::Left),
-            ("same", right),
-            ("tolerated", right),
-            ("fell back", right),
-            ("detected", right),
-            ("failed", right),
-        ]);
+        let mut table = Table::new("site | >same | >tolerated | >fell back | >detected | >failed");
         let shown = [
             Class::NoEffect,
             Class::Tolerated,
@@ -135,19 +123,10 @@ impl Injection {
 
 /// Classes of cases, one row per share.
 fn classes<'a>(shares: impl Iterator<Item = &'a Share>, by_kind: bool) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        (if by_kind { "site, data" } else { "site" }, Align::Left),
-        ("cases", right),
-        ("same", right),
-        ("tolerated", right),
-        ("fell back", right),
-        ("detected", right),
-        ("failed", right),
-        ("wrong", right),
-        ("panic", right),
-        ("hung", right),
-    ]);
+    let first = if by_kind { "site, data" } else { "site" };
+    let classes =
+        "cases | >same | >tolerated | >fell back | >detected | >failed | >wrong | >panic | >hung";
+    let mut table = Table::new(format!("{first} | >{classes}").as_str());
     for share in shares {
         let name = match &share.kind {
             Some(kind) => format!("{} {kind}", short(&share.site)),
@@ -184,17 +163,8 @@ fn short(site: &str) -> &str {
 
 /// Iterations and cost above those without the fault.
 fn costs<'a>(shares: impl Iterator<Item = &'a Share>) -> Table {
-    let right = Align::Right;
-    let mut table = Table::new([
-        ("site", Align::Left),
-        ("class", Align::Left),
-        ("cases", right),
-        ("it. mean", right),
-        ("max", right),
-        ("cost mean", right),
-        ("p99", right),
-        ("max", right),
-    ]);
+    let mut table =
+        Table::new("site | class | >cases | >it. mean | >max | >cost mean | >p99 | >max");
     for share in shares {
         for (class, extra) in extras(share) {
             let cases = share.classes.of(class);

@@ -56,13 +56,7 @@ impl Emulation {
 
     /// Most instructions between two pauses of planning and of a step of guidance, and its stack.
     pub fn cycle_maxima(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("slice", Align::Right),
-            ("step", Align::Right),
-            ("first step", Align::Right),
-            ("stack [bytes]", Align::Right),
-        ]);
+        let mut table = Table::new(" | >slice | >step | >first step | >stack [bytes]");
         let or_none = |number: Option<u64>| number.map_or("-".into(), |number| number.to_string());
         for target in &self.targets {
             let guidance = target.guidance();
@@ -85,18 +79,9 @@ impl Emulation {
 
     /// Most of a plan [10^6], of a slice between two pauses of planning and of a step of guidance, a row a run.
     pub fn maxima(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("integrator", Align::Left),
-            ("start", Align::Left),
-            ("plan", Align::Right),
-            ("of", Align::Left),
-            ("slice", Align::Right),
-            ("of", Align::Left),
-            ("step", Align::Right),
-            ("first step", Align::Right),
-            ("stack", Align::Right),
-        ]);
+        let mut table = Table::new(
+            " | integrator | start | >plan | of | >slice | of | >step | >first step | >stack",
+        );
         let steps = |of: Steps| format!("{} of {}", of.instructions, of.steps);
         let or_none = |text: Option<String>| text.unwrap_or_else(|| "-".into());
         for (target, run) in self.each() {
@@ -133,17 +118,9 @@ impl Emulation {
     }
 
     fn images(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("compiler", Align::Left),
-            ("image", Align::Right),
-            ("models", Align::Right),
-            ("workspace", Align::Right),
-            ("solver", Align::Right),
-            ("network", Align::Right),
-            ("static", Align::Right),
-            ("panics", Align::Left),
-        ]);
+        let mut table = Table::new(
+            " | compiler | >image | >models | >workspace | >solver | >network | >static | panics",
+        );
         for t in &self.targets {
             let bytes = [t.image_bytes, t.model_bytes, t.workspace_bytes, t.solver_bytes];
             let [image, models, workspace, solver] = bytes.map(|bytes| bytes.to_string());
@@ -163,16 +140,9 @@ impl Emulation {
     }
 
     fn runs(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("integrator", Align::Left),
-            ("start", Align::Left),
-            ("solved", Align::Right),
-            ("fell back", Align::Right),
-            ("bits of the host", Align::Left),
-            ("second run", Align::Left),
-            ("counter off by", Align::Right),
-        ]);
+        let mut table = Table::new(
+            " | integrator | start | >solved | >fell back | bits of the host | second run | >counter off by",
+        );
         for (target, run) in self.each() {
             let counter = run.counter;
             let error = counter.counted.cast_signed() - counter.expected.cast_signed();
@@ -196,13 +166,7 @@ impl Emulation {
     }
 
     fn stacks(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("integrator", Align::Left),
-            ("start", Align::Left),
-            ("entry point", Align::Left),
-            ("used", Align::Right),
-        ]);
+        let mut table = Table::new(" | integrator | start | entry point | >used");
         for (target, run) in self.each() {
             for (entry, used) in &run.stack_bytes {
                 table.row([
@@ -218,12 +182,7 @@ impl Emulation {
     }
 
     fn parts(&self) -> Table {
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("part", Align::Left),
-            ("calls", Align::Right),
-            ("instructions", Align::Right),
-        ]);
+        let mut table = Table::new(" | part | >calls | >instructions");
         for target in &self.targets {
             for part in &target.parts {
                 table.row([
@@ -248,14 +207,7 @@ fn millions(instructions: u64) -> String {
 
 /// Millions of instructions by phase, a row a target and phase.
 fn phases<'a>(runs: impl Iterator<Item = (&'a Target, &'a Run)>) -> Table {
-    let mut table = Table::new([
-        ("", Align::Left),
-        ("phase", Align::Left),
-        ("min", Align::Right),
-        ("median", Align::Right),
-        ("observed maximum, emulated", Align::Right),
-        ("on", Align::Left),
-    ]);
+    let mut table = Table::new(" | phase | >min | >median | >observed maximum, emulated | on");
     for (target, run) in runs {
         // A phase that never was is none: the learned start where nobody asked for it.
         for observed in run.phases.iter().filter(|observed| observed.max_instructions > 0) {

@@ -1,42 +1,21 @@
 //! Plans that images are asked for.
 
 use crate::audit::emulation::{IntegratorName, StartName};
-use remora_host::choice::Choice;
+use remora_host::choice::choices;
 
 /// Scenarios in the audit's set.
 const SCENARIOS: u16 = 12;
 
-/// Extent of the images' plans.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Extent {
-    /// One scenario with Euler from both starts: whether images work.
-    #[default]
-    One,
-    /// Plans that the audit reports.
-    Corpus,
-    /// All scenarios of the audit's set with both integrators from both starts.
-    Full,
-}
-
-impl Choice for Extent {
-    const ALL: &'static [Self] = &[Self::One, Self::Corpus, Self::Full];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::One => "one",
-            Self::Corpus => "corpus",
-            Self::Full => "full",
-        }
-    }
-
-    fn help(self) -> &'static str {
-        match self {
-            Self::One => "one scenario with Euler, from both starts",
-            Self::Corpus => "what the audit reports: both integrators and starts, hard scenarios",
-            Self::Full => {
-                "the same with all scenarios of the audit's set, some three times as long"
-            }
-        }
+choices! {
+    /// Extent of the images' plans.
+    #[derive(Default)]
+    pub enum Extent {
+        /// One scenario with Euler, from both starts.
+        One = "one" default,
+        /// What the audit reports: both integrators and starts, hard scenarios.
+        Corpus = "corpus",
+        /// The same with all scenarios of the audit's set, some three times as long.
+        Full = "full",
     }
 }
 

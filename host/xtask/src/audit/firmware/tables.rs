@@ -23,11 +23,7 @@ pub fn report_tables(report: &ReportFile) -> Vec<(String, Table)> {
 /// Calls and instructions of the parts of a plan, a table a board.
 pub fn parts_tables(report: &ReportFile) -> Vec<(String, Table)> {
     let table = |target: &TargetRecord| {
-        let mut table = Table::new([
-            ("part", Align::Left),
-            ("calls", Align::Right),
-            ("instructions", Align::Right),
-        ]);
+        let mut table = Table::new("part | >calls | >instructions");
         for part in &target.parts {
             table.row([part.name.clone(), part.calls.to_string(), part.instructions.to_string()]);
         }

@@ -73,19 +73,9 @@ fn milliseconds(seconds: f64) -> String {
 
 /// A table of spreads with this first column.
 fn spread_table(first: &str) -> Table {
-    let right = Align::Right;
-    Table::new([
-        (first, Align::Left),
-        ("n", right),
-        ("min", right),
-        ("median", right),
-        ("p95", right),
-        ("p99", right),
-        ("p99.9", right),
-        ("max", right),
-        ("jitter", right),
-        ("tail", right),
-    ])
+    let head =
+        format!("{first} | >n | >min | >median | >p95 | >p99 | >p99.9 | >max | >jitter | >tail");
+    Table::new(head.as_str())
 }
 
 fn spread_row(table: &mut Table, name: &str, s: &Spread, show: fn(f64) -> String) {
@@ -130,18 +120,9 @@ impl Profile {
 
     /// Whole plans on one core and what the second is worth, a row a configuration.
     pub fn overview(&self) -> Table {
-        let right = Align::Right;
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("n", right),
-            ("median", right),
-            ("p99", right),
-            ("p99.9", right),
-            ("max", right),
-            ("linearisation", right),
-            ("throughput", right),
-            ("p99 beside", right),
-        ]);
+        let mut table = Table::new(
+            " | >n | >median | >p99 | >p99.9 | >max | >linearisation | >throughput | >p99 beside",
+        );
         for c in &self.configurations {
             let plan = c.one_core.phase("whole_plan");
             table.row([
@@ -166,9 +147,7 @@ impl Profile {
 
     /// The configuration whose plans take longest: median, p99 and maximum of its phases on one core.
     pub fn slowest(&self) -> Option<(&str, Table)> {
-        let right = Align::Right;
-        let mut table =
-            Table::new([("phase", Align::Left), ("median", right), ("p99", right), ("max", right)]);
+        let mut table = Table::new("phase | >median | >p99 | >max");
         let slowest = self.slowest_configuration()?;
         for phase in &slowest.one_core.phase_s {
             let [median, p99, max] =
@@ -216,17 +195,9 @@ impl Profile {
 
     /// Gain from the second core for one plan and for two, and its cost for the first one's tail.
     fn second_core(&self) -> Table {
-        let right = Align::Right;
-        let mut table = Table::new([
-            ("", Align::Left),
-            ("linearisation", right),
-            ("plan", right),
-            ("throughput", right),
-            ("p99 alone", right),
-            ("p99 beside", right),
-            ("ratio", right),
-            ("preempted", right),
-        ]);
+        let mut table = Table::new(
+            " | >linearisation | >plan | >throughput | >p99 alone | >p99 beside | >ratio | >preempted",
+        );
         for c in &self.configurations {
             let p99 = |case: &CaseProfile| milliseconds(case.phase("whole_plan").p99);
             let cases = [&c.one_core, &c.two_cores, &c.two_plans];
@@ -261,13 +232,7 @@ impl Profile {
     }
 
     fn bar_table(&self) -> Table {
-        let mut table = Table::new([
-            ("bar", Align::Left),
-            ("configuration", Align::Left),
-            ("value", Align::Right),
-            ("least", Align::Right),
-            ("", Align::Left),
-        ]);
+        let mut table = Table::new("bar | configuration | >value | >least | ");
         for bar in &self.bars {
             table.row([
                 bar.name.clone(),

@@ -253,7 +253,7 @@ fn function(line: &str) -> Option<(&str, bool)> {
 mod tests {
     use super::outcome::Outcome;
     use super::*;
-    use remora_host::report::{Align, Table};
+    use remora_host::report::Table;
     use std::fs;
 
     const HEAD: &str = "id,text,rationale,method,verified_by\n";
@@ -316,7 +316,7 @@ mod tests {
         assert_eq!(met, ["REM-F-006: is met, and docs/evidence/limitations.md says otherwise"]);
         // Pages that have just been made count, not those of before.
         let mut page = Page::new("results", "Results");
-        let mut table = Table::new([("", Align::Left), ("", Align::Left)]);
+        let mut table = Table::new(" | ");
         table.row(["b".into(), "met".into()]);
         page.heading("Stack").table(table);
         let made = texts(dir.path(), &rows).with_pages(&[page]);

@@ -4,7 +4,7 @@
 //! of them must say in a cell whether a threshold was kept.
 
 use super::{FILE, PAGE, Requirement};
-use remora_host::report::{Align, Page, Table};
+use remora_host::report::{Page, Table};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The page on which every missed requirement stands.
@@ -142,12 +142,7 @@ pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
         of(Outcome::Missed).count()
     ));
     let outcomes = [Outcome::Met, Outcome::Tested, Outcome::Missed];
-    let mut table = Table::new([
-        ("area", Align::Left),
-        ("met", Align::Left),
-        ("tested", Align::Left),
-        ("missed", Align::Left),
-    ]);
+    let mut table = Table::new("area | met | tested | missed");
     let areas: BTreeSet<&str> = requirements.iter().map(|row| row.area_and_number().0).collect();
     for area in areas {
         let numbers = outcomes.map(|outcome| {
@@ -159,11 +154,7 @@ pub fn page(requirements: &[Requirement], texts: &Texts) -> Page {
         table.row([area.into(), met, tested, missed]);
     }
     page.table(table);
-    let mut missed = Table::new([
-        ("id", Align::Left),
-        ("requirement", Align::Left),
-        ("verified by", Align::Left),
-    ]);
+    let mut missed = Table::new("id | requirement | verified by");
     for row in of(Outcome::Missed) {
         let by = row.references().map(|(file, name)| match file == PAGE {
             true => format!("[{}](#{})", name.replace('/', ": "), anchor(place(name).0)),
