@@ -157,7 +157,7 @@ pub fn over_time(title: &str, history: &[Sample], bounds: &Bounds) -> Result<Str
     let wheels = ["x", "y", "z"].iter().enumerate();
     let wheels =
         wheels.map(|(i, axis)| line(axis, &move |sample| 1e3 * sample.bus_torque_n_m[i])).collect();
-    let panels = [
+    let panels = vec![
         panel("end effector from the port [m]", Vec::new(), vec![line("distance", &distance)]),
         panel(
             "approach axis [deg]",
@@ -178,7 +178,7 @@ pub fn over_time(title: &str, history: &[Sample], bounds: &Bounds) -> Result<Str
             ],
         ),
     ];
-    Sheet::panels_svg(title, &panels)
+    Sheet::panels_svg(title, panels)
 }
 
 fn described(row: &Row) -> String {

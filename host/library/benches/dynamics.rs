@@ -1,33 +1,18 @@
-//! Cost of the dynamics: one evaluation and its exact derivatives over the oracle's varied states.
-//! Cost of an iteration of Stage 2 besides solving its program. It is measured on a plan of the
-//! first public scenario, after a few iterations.
+//! Cost of the dynamics: one evaluation and its exact derivatives over the oracle's varied states. The phases of
+//! whole plans are measured by `cargo xtask profile`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{SVector, Vector3, Vector4};
 use remora_core::advanced::dynamics::{
     Acceleration, Control, Integrator, Multibody, State, Stepping,
 };
-use remora_core::advanced::executor::Sequential;
-use remora_core::advanced::model::{Mission, Scenario};
-use remora_core::advanced::planner::{
-    InitialGuess, Options, PlanSettings, Platform, Workspace, plan as make_plan,
-};
-use remora_core::advanced::qp::Qp;
-use remora_core::advanced::scp::{Problem, Residuals, Settings};
-use remora_core::advanced::stages::size::{NG, NU, NX};
-use remora_core::advanced::stages::{
-    Formulation, LINKS, Mode, NODES, Reorientation, ReorientationTrajectory,
-};
-use remora_host::backend::ClarabelQp;
-use remora_host::formats::ScenarioSet;
+use remora_core::advanced::model::Mission;
+use remora_core::advanced::stages::NODES;
+use remora_core::advanced::stages::size::{NU, NX};
 use serde::Deserialize;
 use std::hint::black_box;
-use std::path::Path;
 
 const INTERVALS: usize = NODES - 1;
-
-/// Iterations of Stage 2 before its phases are timed: steps are still of the usual size.
-const ITERATIONS: usize = 4;
 
 #[derive(Deserialize)]
 struct Oracle {
@@ -108,78 +93,5 @@ fn dynamics(c: &mut Criterion) {
     }
 }
 
-/// The first public scenario.
-fn scenario() -> Scenario {
-    let path =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/scenarios/public.scenarios.json");
-    ScenarioSet::read(Path::new(path)).unwrap().scenarios[0].scenario().resized()
-}
-
-/// A whole Stage 2 workspace after a few iterations on it.
-fn workspace(integrator: Integrator) -> Box<Workspace> {
-    let mut options = PlanSettings::new(Mode::Optimal, integrator);
-    options.reorientation = Settings::with_max_iterations(&options.reorientation, ITERATIONS);
-    let mut workspace = Box::new(Workspace::new());
-    make_plan(
-        &Mission::default(),
-        &scenario(),
-        &Options::from_parts(options, InitialGuess::Heuristic, Platform::BARE),
-        &mut ClarabelQp::default(),
-        &mut workspace,
-    );
-    workspace
-}
-
-/// Measures an iteration's work besides solving its program, over all 59 intervals.
-fn phases(c: &mut Criterion) {
-    for (name, integrator) in
-        [("euler", Integrator::Euler), ("rk4:4", Integrator::Rk4 { substeps: 4 })]
-    {
-        let (mission, scenario) = (Mission::default(), scenario());
-        let workspace = workspace(integrator);
-        let path = &workspace.translation.trajectory;
-        let motion = &workspace.reorientation.trajectory;
-        let step = &workspace.scratch.step;
-        let mut problem = Reorientation::<Sequential, NODES, LINKS, NX, NU>::new(
-            &Formulation::new(&mission, &scenario, integrator),
-            path,
-            &workspace.target,
-            Mode::Optimal,
-            &Sequential,
-        );
-        let mut qp = Box::new(Qp::<NODES, NX, NU, NG>::ZERO);
-        c.bench_function(&format!("linearise {name}"), |b| {
-            b.iter(|| problem.linearise(motion, None, &mut qp));
-        });
-        c.bench_function(&format!("linearise with curvature {name}"), |b| {
-            b.iter(|| problem.linearise(motion, Some(step), &mut qp));
-        });
-        convexify(c, name, &qp);
-        let mut to = ReorientationTrajectory::ZERO;
-        c.bench_function(&format!("retract {name}"), |b| {
-            b.iter(|| problem.retract(motion, &workspace.scratch.qp, step, &mut to));
-        });
-        let mut residuals = Residuals::ZERO;
-        c.bench_function(&format!("residuals {name}"), |b| {
-            b.iter(|| problem.residuals(&to, &mut residuals));
-        });
-    }
-}
-
-/// The sweep that makes the program convex, on one that already is: the same arithmetic.
-fn convexify(c: &mut Criterion, name: &str, qp: &Qp<NODES, NX, NU, NG>) {
-    let mut copy = Box::new(qp.clone());
-    let convex = SVector::repeat(1.0);
-    c.bench_function(&format!("convexify {name}, with a copy"), |b| {
-        b.iter(|| {
-            (*copy).clone_from(qp);
-            black_box(copy.convexify(&convex, |k, _| k == 0));
-        });
-    });
-    c.bench_function(&format!("copy {name}"), |b| {
-        b.iter(|| (*copy).clone_from(black_box(qp)));
-    });
-}
-
-criterion_group!(benches, dynamics, phases);
+criterion_group!(benches, dynamics);
 criterion_main!(benches);

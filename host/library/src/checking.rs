@@ -8,9 +8,9 @@ use crate::formats::{
     checksum_of_mission, checksum_of_scenario,
 };
 use crate::method::{Integrator, Mode};
-use crate::optimality::Optimality;
+use crate::optimality::{Optimality, target_motion};
 use nalgebra::{Vector3, Vector4};
-use remora_core::advanced::model::{TargetState, Tolerances};
+use remora_core::advanced::model::Tolerances;
 use remora_core::advanced::stages::{Residuals, Verification};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -278,17 +278,8 @@ impl PlanCase {
     }
 
     fn compare_target(&self, plan: &PlanFile, found: &mut Findings) {
-        let scenario = &self.scenario;
-        let grid = self.mission.grid(scenario);
-        let mut nodes = vec![TargetState::ZERO; grid.nodes];
-        self.mission.target.tumble(
-            plan.integrator,
-            self.mission.mean_motion(),
-            &scenario.target_attitude,
-            &scenario.target_rate,
-            grid.interval(),
-            &mut nodes,
-        );
+        let grid = self.mission.grid(&self.scenario);
+        let nodes = target_motion(&self.mission, &self.scenario, plan.integrator);
         let attitude = |k: usize| {
             let (said, is) = (Vector4::from(plan.target.attitude[k]), nodes[k].attitude);
             // Either sign is the same attitude.

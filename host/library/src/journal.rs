@@ -29,6 +29,20 @@ pub trait Heading: Serialize + DeserializeOwned {
     fn difference(&self, begun: &Self) -> Option<(&'static str, String)>;
 }
 
+/// A field of a header: its name, its value, and words for a value that tells a reader nothing.
+pub(crate) type Fact = (&'static str, String, &'static str);
+
+/// The first field that differs, and what the work was begun with there.
+pub(crate) fn first_difference<const N: usize>(
+    now: [Fact; N],
+    begun: [Fact; N],
+) -> Option<(&'static str, String)> {
+    let mut pairs = now.into_iter().zip(begun);
+    let ((field, now, words), (_, then, _)) = pairs.find(|(now, then)| now.1 != then.1)?;
+    let what = if words.is_empty() { format!("{then}, not {now}") } else { words.into() };
+    Some((field, what))
+}
+
 /// An open journal of parts `R`, locked against other programs.
 pub struct Journal<R> {
     path: PathBuf,

@@ -176,19 +176,6 @@ pub fn objective<const N: usize, const NX: usize, const NU: usize, const NG: usi
     qp.cost(point) + defects + qp.path_penalty * qp.path_violation(point)
 }
 
-/// Largest difference of a state or control between two points, over the scaled unit one.
-pub fn distance<const N: usize, const NX: usize, const NU: usize, const NG: usize>(
-    a: &Solution<N, NX, NU, NG>,
-    b: &Solution<N, NX, NU, NG>,
-) -> f64 {
-    let mut worst = 0.0;
-    for k in 0..N {
-        (a.x[k] - b.x[k]).iter().for_each(|v| note(&mut worst, *v));
-        (a.u[k] - b.u[k]).iter().for_each(|v| note(&mut worst, *v));
-    }
-    worst
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -106,16 +106,7 @@ fn gains<const NL: usize, const NX: usize, const NU: usize>(
     motion: &ReorientationTrajectory<NODES, NL>,
 ) -> [Gain; 2] {
     let settings = PlanSettings::new(Mode::Optimal, integrator);
-    let grid = mission.grid(scenario);
-    let mut target = [TargetState::ZERO; NODES];
-    mission.target.tumble(
-        integrator,
-        mission.mean_motion(),
-        &scenario.target_attitude,
-        &scenario.target_rate,
-        grid.interval(),
-        &mut target[..grid.nodes.min(NODES)],
-    );
+    let target = target_motion(mission, scenario, integrator);
     let formulation = Formulation::new(mission, scenario, integrator);
     let mut solver = on_heap(ArmSolver::<NX, NU>::new);
     let path = |max_force: f64, solver: &mut ArmSolver<NX, NU>| {
@@ -138,6 +129,20 @@ fn gains<const NL: usize, const NX: usize, const NU: usize>(
         &Threads::One,
     );
     [first, gain(&mut problem, motion, &settings.reorientation, &mut solver)]
+}
+
+/// The target at the nodes of a plan, as the integrator propagates it.
+pub(crate) fn target_motion<const NL: usize>(
+    mission: &model::Mission<NL>,
+    scenario: &model::Scenario<NL>,
+    integrator: Integrator,
+) -> [TargetState; NODES] {
+    let (grid, mean_motion) = (mission.grid(scenario), mission.mean_motion());
+    let mut target = [TargetState::ZERO; NODES];
+    let nodes = &mut target[..grid.nodes.min(NODES)];
+    let (attitude, rate) = (&scenario.target_attitude, &scenario.target_rate);
+    mission.target.tumble(integrator, mean_motion, attitude, rate, grid.interval(), nodes);
+    target
 }
 
 /// Convexifies at a trajectory, and once more with the multipliers found, which the Hessian depends on.

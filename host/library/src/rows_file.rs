@@ -8,7 +8,6 @@ use crate::journal::{Heading, next_line, wrong};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -56,17 +55,13 @@ pub fn write<R: Serialize>(
         out.line(entries)?;
         let mut count = 0;
         for row in rows {
-            out.line(&row.map_err(other)?)?;
+            out.line(&row.map_err(io::Error::other)?)?;
             count += 1;
         }
         let checksum = out.hash.to_string();
         out.line(&End { rows: count, checksum, tables })?;
         out.sink.flush()
     })
-}
-
-fn other(error: impl Display) -> io::Error {
-    io::Error::other(error.to_string())
 }
 
 /// Lines that are written, with their checksum.

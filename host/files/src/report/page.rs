@@ -167,7 +167,7 @@ pub fn html(title: &str, made: &str, pages: &[Page]) -> String {
 }
 
 /// Text with what HTML would read as its own replaced.
-pub(super) fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

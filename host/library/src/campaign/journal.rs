@@ -3,7 +3,7 @@
 use super::Campaign;
 use crate::fingerprint::{self, fingerprint};
 use crate::formats::Row;
-use crate::journal::Heading;
+use crate::journal::{Fact, Heading, first_difference};
 use crate::method::{Integrator, Mode, Qp, WarmStart};
 use crate::request::PlanRequest;
 use crate::settings::settings_text;
@@ -80,35 +80,25 @@ impl Heading for CampaignHeader {
     }
 
     fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
-        let named = |now: &str, then: &str| format!("begun with {then}, not {now}");
-        let changed = |what: &str| format!("begun with {what}");
         let yes = |plans: bool| if plans { "--write plans" } else { "no --write plans" };
-        let checks = [
-            ("version", self.version != begun.version, named(&self.version, &begun.version)),
-            ("program", self.program != begun.program, changed("another build of this program")),
-            ("mode", self.mode != begun.mode, named(self.mode.name(), begun.mode.name())),
-            (
-                "warm_start",
-                self.warm_start != begun.warm_start,
-                named(self.warm_start.name(), begun.warm_start.name()),
-            ),
-            ("qp", self.qp != begun.qp, named(self.qp.name(), begun.qp.name())),
-            (
-                "integrator",
-                self.integrator != begun.integrator,
-                named(&self.integrator.to_string(), &begun.integrator.to_string()),
-            ),
-            ("plans", self.plans != begun.plans, named(yes(self.plans), yes(begun.plans))),
-            (
-                "settings",
-                self.settings != begun.settings,
-                changed("another --model, another --deadline or other planner settings"),
-            ),
-            ("mission", self.mission != begun.mission, changed("another mission")),
-            ("scenarios", self.scenarios != begun.scenarios, changed("other scenarios")),
-        ];
-        checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, reason)| {
-            (field, format!("this campaign was {reason}; choose another --out to start anew"))
+        let facts = |of: &Self| -> [Fact; 10] {
+            let settings = "another --model, another --deadline or other planner settings";
+            [
+                ("version", of.version.clone(), ""),
+                ("program", of.program.clone(), "another build of this program"),
+                ("mode", of.mode.name().into(), ""),
+                ("warm_start", of.warm_start.name().into(), ""),
+                ("qp", of.qp.name().into(), ""),
+                ("integrator", of.integrator.to_string(), ""),
+                ("plans", yes(of.plans).into(), ""),
+                ("settings", of.settings.clone(), settings),
+                ("mission", of.mission.clone(), "another mission"),
+                ("scenarios", of.scenarios.clone(), "other scenarios"),
+            ]
+        };
+        first_difference(facts(self), facts(begun)).map(|(field, what)| {
+            let reason = format!("this campaign was begun with {what}; choose another --out");
+            (field, format!("{reason} to start anew"))
         })
     }
 }

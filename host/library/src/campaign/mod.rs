@@ -32,10 +32,9 @@ use crate::pool;
 use crate::progress::Progress;
 use crate::request::PlanRequest;
 use journal::Journal;
-use serde_json::Value;
 use std::collections::{HashMap, HashSet};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Name of the file that describes the CSV table, beside it.
@@ -260,25 +259,24 @@ impl Campaign {
 
     fn write(&self, rows: &[Row], summary: &Summary) -> Result<Vec<PathBuf>, Error> {
         let files = self.result_files();
-        let failed = |file: &Path, reason: String| Error::Output { file: file.into(), reason };
         let origin = self.origin();
+        let text = |json: serde_json::Result<String>| {
+            json.map(String::into_bytes).map_err(|error| error.to_string())
+        };
         for file in &files {
-            let json = |value: &Value| {
-                json::to_text(value).map_err(|error| failed(file, error.to_string()))
-            };
+            let failed = |reason: String| Error::Output { file: file.clone(), reason };
             let bytes = match file.file_name().and_then(|name| name.to_str()) {
-                Some("results.parquet") => formats::parquet_bytes(rows, &origin)
-                    .map_err(|error| failed(file, error.to_string()))?,
-                Some("results.csv") => formats::csv(rows, &self.request.method).into_bytes(),
+                Some("results.parquet") => {
+                    formats::parquet_bytes(rows, &origin).map_err(|error| error.to_string())
+                }
+                Some("results.csv") => Ok(formats::csv(rows, &self.request.method).into_bytes()),
                 Some(CSV_METADATA) => {
                     let metadata = formats::csv_metadata(rows, &origin, "results.csv");
-                    json(&metadata.unwrap_or_default())?.into_bytes()
+                    text(json::to_text(&metadata.unwrap_or_default()))
                 }
-                _ => json::to_text(summary)
-                    .map_err(|error| failed(file, error.to_string()))?
-                    .into_bytes(),
+                _ => text(json::to_text(summary)),
             };
-            write_atomically(file, &bytes)?;
+            write_atomically(file, &bytes.map_err(failed)?)?;
         }
         Ok(files)
     }

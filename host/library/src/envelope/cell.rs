@@ -105,11 +105,6 @@ impl Found {
         self.optimal as f64 / self.scenarios as f64
     }
 
-    /// How many plans there were.
-    pub fn plans(&self) -> usize {
-        self.scenarios
-    }
-
     /// The reason of most plans that are not optimal.
     pub fn worst_reason(&self) -> Option<&str> {
         let most = self.reasons.iter().max_by_key(|(_, count)| **count);

@@ -2,7 +2,7 @@
 
 use super::{Cell, Envelope};
 use crate::fingerprint::{self, fingerprint};
-use crate::journal::Heading;
+use crate::journal::{Fact, Heading, first_difference};
 use crate::method::Integrator;
 use crate::request::PlanRequest;
 use crate::settings::settings_text;
@@ -55,23 +55,18 @@ impl Heading for EnvelopeHeader {
     }
 
     fn difference(&self, begun: &Self) -> Option<(&'static str, String)> {
-        let named = |now: &dyn ToString, then: &dyn ToString| {
-            format!("{}, not {}", then.to_string(), now.to_string())
+        let facts = |of: &Self| -> [Fact; 7] {
+            [
+                ("version", of.version.clone(), ""),
+                ("program", of.program.clone(), "another build of this program"),
+                ("integrator", of.integrator.to_string(), ""),
+                ("count", of.count.to_string(), ""),
+                ("seed", of.seed.to_string(), ""),
+                ("settings", of.settings.clone(), "other planner settings"),
+                ("vehicles", of.vehicles.clone(), "other vehicles"),
+            ]
         };
-        let checks = [
-            ("version", self.version != begun.version, named(&self.version, &begun.version)),
-            ("program", self.program != begun.program, "another build of this program".into()),
-            (
-                "integrator",
-                self.integrator != begun.integrator,
-                named(&self.integrator, &begun.integrator),
-            ),
-            ("count", self.count != begun.count, named(&self.count, &begun.count)),
-            ("seed", self.seed != begun.seed, named(&self.seed, &begun.seed)),
-            ("settings", self.settings != begun.settings, "other planner settings".into()),
-            ("vehicles", self.vehicles != begun.vehicles, "other vehicles".into()),
-        ];
-        checks.into_iter().find(|(_, differs, _)| *differs).map(|(field, _, what)| {
+        first_difference(facts(self), facts(begun)).map(|(field, what)| {
             let reason = format!("this map was begun with {what}; choose another --out");
             (field, format!("{reason} to start anew"))
         })

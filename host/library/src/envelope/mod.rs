@@ -136,7 +136,7 @@ impl Envelope {
 
         let (cells, planned) = self.cells(finished, progress, |cell| journal.append(cell))?;
         let all: usize =
-            cells.iter().filter_map(|cell| cell.found.as_ref()).map(Found::plans).sum();
+            cells.iter().filter_map(|cell| cell.found.as_ref()).map(|found| found.scenarios).sum();
         let map = Map::new(self, provenance, cells);
         let files = map.write(out)?;
         let wall_s = started.elapsed().as_secs_f64();

@@ -71,18 +71,15 @@ fn write_table(
     entries: Vec<(&'static str, String)>,
 ) -> Result<(), Error> {
     write_as_it_comes(file, |handle| {
-        let mut writer = TableWriter::begin(handle, like, entries, true).map_err(other)?;
+        let mut writer =
+            TableWriter::begin(handle, like, entries, true).map_err(io::Error::other)?;
         for group in groups {
-            let group = group.map_err(other)?;
-            writer.write(&group).map_err(other)?;
+            let group = group.map_err(io::Error::other)?;
+            writer.write(&group).map_err(io::Error::other)?;
         }
-        writer.end().map_err(other)?;
+        writer.end().map_err(io::Error::other)?;
         Ok(())
     })
-}
-
-fn other(error: impl Display) -> io::Error {
-    io::Error::other(error.to_string())
 }
 
 /// Checksum of rows in their order.

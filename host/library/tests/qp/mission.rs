@@ -7,6 +7,7 @@
 //! equal to ten digits, can be 1e-3 apart: Clarabel at 1e-9 is that far from Clarabel at 1e-14. So
 //! the yardstick is Clarabel's point made exact ([`polish`]).
 
+use super::common::kkt::distance;
 use super::common::programs::{cold, embedded, sharp};
 use super::polish::polish;
 use remora_core::advanced::planner::PlanSettings;
@@ -14,7 +15,7 @@ use remora_core::advanced::qp::{EmbeddedQp, Qp, QpOutcome, QpStatus};
 use remora_core::advanced::stages::Mode;
 use remora_host::backend::{ClarabelQp, Solve};
 use remora_host::formats::{ScenarioSet, Status};
-use remora_host::kkt::{Kkt, distance, objective};
+use remora_host::kkt::{Kkt, objective};
 use remora_host::memory::STACK_BYTES;
 use remora_host::method::{Integrator, Method, Qp as Choice};
 use remora_host::planning::{Planner, Subproblem, WallClock};

@@ -1,12 +1,13 @@
 //! Random feasible programs of several sizes: optimality of the embedded solver's answers, and
 //! agreement with Clarabel's.
 
+use super::common::kkt::distance;
 use super::common::programs::{Recipe, cases, cold, embedded, random, recipes};
 use super::polish::polish;
 use proptest::prelude::*;
 use remora_core::advanced::qp::QpStatus;
 use remora_host::backend::ClarabelQp;
-use remora_host::kkt::{Kkt, distance, objective};
+use remora_host::kkt::{Kkt, objective};
 
 /// Clarabel at the accuracy it is used with.
 fn clarabel_is_optimal<const N: usize, const NX: usize, const NU: usize, const NG: usize>(

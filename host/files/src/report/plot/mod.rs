@@ -12,7 +12,7 @@ pub use bars::Bars;
 pub use distributions::Distributions;
 pub use heat::Heat;
 pub use lines::{Lines, Series};
-pub use panels::{Outline, Panel, Sheet};
+pub use panels::{Panel, Sheet};
 pub use points::Points;
 pub use scatter::Scatter;
 
@@ -111,6 +111,12 @@ fn headed<'a>(
     Ok(below)
 }
 
+/// A number at an axis: nine digits hide errors of rounding, and zero has no sign.
+pub fn tick_label(x: f64) -> String {
+    let rounded = format!("{x:.8e}").parse().unwrap_or(x);
+    if x.abs() < 1e-10 { "0".into() } else { format!("{rounded}") }
+}
+
 /// Where a logarithmic axis is labelled: once, twice and five times the powers of ten; every digit
 /// where these would be few.
 fn ticks(left: f64, right: f64) -> Vec<f64> {
@@ -133,6 +139,12 @@ fn ticks(left: f64, right: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_at_an_axis_are_short() {
+        let shown = [-0.0, -1e-17, 0.1 + 0.2, -0.05, 1200.0, 1e-6].map(tick_label);
+        assert_eq!(shown, ["0", "0", "0.3", "-0.05", "1200", "0.000001"]);
+    }
 
     #[test]
     fn a_logarithmic_axis_has_labels_however_short() {

@@ -1,14 +1,15 @@
-//! Many small plots over time side by side, beside a picture.
+//! Many small plots over time side by side, below a picture.
 
-use super::{Area, DrawResult, FONT, TITLE, colour, to_svg_of};
+use super::{Area, DrawResult, FONT, colour, tick_label, to_svg_of};
 use crate::error::Error;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// A plot of some lines over time.
 pub struct Panel {
     /// Title: the quantity shown, with its unit.
     pub title: String,
-    /// Names and points of the lines; the names stand above, in the lines' colours.
+    /// Names and points of the lines; names of several stand above, beside marks in their colours.
     pub lines: Vec<(String, Vec<(f64, f64)>)>,
     /// Limits, drawn as dashed lines.
     pub limits: Vec<f64>,
@@ -16,31 +17,23 @@ pub struct Panel {
     pub moment: Option<f64>,
 }
 
-/// A closed or open outline in the picture's plane.
-pub struct Outline {
-    /// Its corners [m].
-    pub points: Vec<(f64, f64)>,
-    /// Index of its colour; none is black.
-    pub colour: Option<usize>,
-    /// How wide.
-    pub width: u32,
-}
-
-/// A picture to scale and panels below it.
+/// Panels below a picture.
 pub struct Sheet {
-    /// Title of the whole plot.
+    /// Title of the document.
     pub title: String,
-    /// The picture's axes.
-    pub axes: (String, String),
-    /// The picture.
-    pub outlines: Vec<Outline>,
+    /// Elements of SVG that stand above the panels.
+    pub picture: String,
+    /// Their height [pixels].
+    pub height: u32,
     /// The panels, two a row.
     pub panels: Vec<Panel>,
 }
 
 const WIDTH: u32 = 980;
-const PICTURE: u32 = 560;
-const PANEL: u32 = 210;
+const PANEL: u32 = 232;
+/// Height of a panel's title and names, and space left of its axis [pixels].
+const HEAD: u32 = 28;
+const LEFT: u32 = 72;
 
 impl Sheet {
     /// The sheet as the text of an SVG file.
@@ -48,61 +41,22 @@ impl Sheet {
     /// # Errors
     /// Where there is nothing to draw.
     pub fn svg(&self) -> Result<String, Error> {
-        let rows = self.panels.len().div_ceil(2) as u32;
-        to_svg_of((WIDTH, PICTURE + rows * PANEL), &self.title, |area| self.draw(area))
+        let rows = self.panels.len().div_ceil(2);
+        let svg = to_svg_of((WIDTH, self.height + rows as u32 * PANEL), &self.title, |area| {
+            let (_, area) = area.split_vertically(self.height);
+            let areas = area.split_evenly((rows, 2));
+            self.panels.iter().zip(areas).try_for_each(|(panel, area)| panel.draw(&area))
+        })?;
+        // Plotters draws neither round ends of lines nor groups: the picture joins its elements as text.
+        Ok(svg.replace("</svg>", &format!("{}</svg>", self.picture)))
     }
 
     /// The panels alone, without the picture.
     ///
     /// # Errors
     /// Where there is nothing to draw.
-    pub fn panels_svg(title: &str, panels: &[Panel]) -> Result<String, Error> {
-        let rows = panels.len().div_ceil(2);
-        to_svg_of((WIDTH, rows as u32 * PANEL), title, |area| {
-            for (panel, area) in panels.iter().zip(area.split_evenly((rows, 2))) {
-                panel.draw(&area)?;
-            }
-            Ok(())
-        })
-    }
-
-    fn draw(&self, area: &Area<'_>) -> DrawResult {
-        let (picture, panels) = area.split_vertically(PICTURE);
-        self.draw_picture(&picture)?;
-        let rows = self.panels.len().div_ceil(2);
-        for (panel, area) in self.panels.iter().zip(panels.split_evenly((rows, 2))) {
-            panel.draw(&area)?;
-        }
-        Ok(())
-    }
-
-    fn draw_picture(&self, area: &Area<'_>) -> DrawResult {
-        let points = || self.outlines.iter().flat_map(|outline| &outline.points);
-        let (left, right) = ends(points().map(|point| point.0));
-        let (low, high) = ends(points().map(|point| point.1));
-        // To scale: the shorter side gets the room that the other's metres leave it.
-        let scale = ((right - left) / f64::from(WIDTH - 120)).max((high - low) / 440.0) * 0.55;
-        let (x, y) = (0.5 * (left + right), 0.5 * (low + high));
-        let (half_x, half_y) = (scale * f64::from(WIDTH - 120), scale * 440.0);
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, TITLE)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(x - half_x..x + half_x, y - half_y..y + half_y)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.1))
-            .x_desc(&self.axes.0)
-            .y_desc(&self.axes.1)
-            .label_style(FONT)
-            .draw()?;
-        for outline in &self.outlines {
-            let style = outline.colour.map_or(BLACK, colour).stroke_width(outline.width);
-            chart.draw_series([PathElement::new(outline.points.clone(), style)])?;
-        }
-        Ok(())
+    pub fn panels_svg(title: &str, panels: Vec<Panel>) -> Result<String, Error> {
+        Self { title: title.into(), picture: String::new(), height: 0, panels }.svg()
     }
 }
 
@@ -111,27 +65,38 @@ impl Panel {
         let points = || self.lines.iter().flat_map(|(_, points)| points);
         let (left, right) = ends(points().map(|point| point.0));
         let reached = ends(points().map(|point| point.1));
-        // A limit far away would flatten the lines: it is then named only.
+        // A limit far away would flatten the lines: the nearest of these is named below.
         let span = (reached.1 - reached.0).max(1e-12);
-        let near =
-            |limit: &&f64| (reached.0 - 3.0 * span..=reached.1 + 3.0 * span).contains(*limit);
-        let shown: Vec<f64> = self.limits.iter().filter(near).copied().collect();
+        let near = |limit: &f64| (reached.0 - 3.0 * span..=reached.1 + 3.0 * span).contains(limit);
+        let (mut shown, far): (Vec<f64>, Vec<f64>) = self.limits.iter().copied().partition(near);
+        shown.sort_by(f64::total_cmp);
+        shown.dedup();
         let (low, high) = ends(points().map(|point| point.1).chain(shown.iter().copied()));
         let room = 0.06 * (high - low).max(1e-12);
-        let names: Vec<&str> = self.lines.iter().map(|(name, _)| name.as_str()).collect();
-        let mut chart = ChartBuilder::on(area)
-            .caption(format!("{} ({})", self.title, names.join(", ")), FONT)
-            .margin(8)
-            .x_label_area_size(26)
-            .y_label_area_size(64)
+        let (head, area) = area.split_vertically(HEAD);
+        self.draw_head(&head)?;
+        if let Some(limit) = far.iter().map(|limit| limit.abs()).reduce(f64::min) {
+            let (width, height) = area.dim_in_pixel();
+            let text = format!("limit {} not shown", tick_label(limit));
+            let style = FONT.into_font().color(&BLACK).pos(Pos::new(HPos::Right, VPos::Bottom));
+            area.draw(&Text::new(text, (width as i32 - 24, height as i32 - 8), style))?;
+        }
+        let mut chart = ChartBuilder::on(&area)
+            .margin_right(24)
+            .margin_bottom(8)
+            .x_label_area_size(42)
+            .y_label_area_size(LEFT)
             .build_cartesian_2d(left..right, low - room..high + room)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.1))
             .x_labels(7)
-            .y_labels(5)
-            .label_style(("sans-serif", 12))
+            .y_labels(6)
+            .x_desc("time [s]")
+            .x_label_formatter(&|x| tick_label(*x))
+            .y_label_formatter(&|y| tick_label(*y))
+            .label_style(FONT)
             .draw()?;
         for limit in shown {
             let ends = [(left, limit), (right, limit)];
@@ -142,11 +107,33 @@ impl Panel {
             chart.draw_series(DashedLineSeries::new(ends, 2, 4, BLACK.mix(0.5).stroke_width(1)))?;
         }
         for (number, (_, points)) in self.lines.iter().enumerate() {
-            let style = colour(number).stroke_width(2);
+            let style = line_colour(number).stroke_width(2);
             chart.draw_series(LineSeries::new(points.iter().copied(), style))?;
         }
         Ok(())
     }
+
+    /// Draws the title and, where there are several lines, their names beside it.
+    fn draw_head(&self, area: &Area<'_>) -> DrawResult {
+        let y = HEAD as i32 - 10;
+        let style = FONT.into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+        let mut x = LEFT as i32;
+        let mut last = self.title.len();
+        area.draw(&Text::new(self.title.clone(), (x, y), style.clone()))?;
+        for (number, (name, _)) in self.lines.iter().enumerate().filter(|_| self.lines.len() > 1) {
+            x += 28 + 7 * last as i32;
+            last = name.len();
+            let mark = [(x - 17, y), (x - 5, y)];
+            area.draw(&PathElement::new(mark, line_colour(number).stroke_width(3)))?;
+            area.draw(&Text::new(name.clone(), (x, y), style.clone()))?;
+        }
+        Ok(())
+    }
+}
+
+/// Colour of a line: a seventh joint's is that of the ink.
+fn line_colour(number: usize) -> RGBColor {
+    if number == 6 { BLACK } else { colour(number) }
 }
 
 /// Least and largest of some numbers, those that are finite; apart from each other.
