@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The page that `remora view` makes: builds it again of host/web and core/capi, compares it with the one that is
-# checked in, and tests planner and page under node and in Chromium. With --write it puts what was built in the
+# checked in, and tests planner, page and reports under node and in Chromium. With --write it puts what was built in the
 # place of the old page, and the pictures of it into docs/pictures. With --quick it plans four scenarios instead of
 # twelve, and holds no time to its bar: for a machine that does other things too. REMORA_SCENARIOS=60 plans all.
 # Usage: ci/web.sh [--write | --quick]
@@ -45,9 +45,12 @@ fi
 
 echo "--- tests"
 # All packages' features, as `cargo run` has them: nothing is built twice.
-cargo build --release --locked --bin remora
+cargo build --release --locked --bin remora --bin xtask
 export REMORA_PLANNER=$planner REMORA_PROGRAM=$CARGO_TARGET_DIR/release/remora
 node --test host/web/test/planner.mjs host/web/test/missions.mjs
+# The audit's page with the part that is measured soonest.
+"$CARGO_TARGET_DIR/release/xtask" audit --only loops --out "$built/audit"
+REMORA_AUDIT=$built/audit/audit.html node --test host/web/test/reports.mjs
 # By itself: it measures times.
 node --test host/web/test/page.mjs
 if [ "$wants_write" = --write ]; then

@@ -54,6 +54,7 @@ const planning = part("worker", await bundle("worker.js")) + part("planner", rea
 // Functions: text would have its dollars read as patterns.
 const page = read("source/page.html")
   .replace("MAKER", () => maker)
+  .replace("<!--MARK-->", () => read("../files/src/report/mark.svg").trim())
   .replace("/*STYLE*/", () => style)
   .replace("LICENCE", () => read("node_modules/three/LICENSE").trim())
   .replace("<!--START-->\n", () => code + start)

@@ -2,7 +2,7 @@
 //!
 //! - means, and means of differences: Student's t;
 //! - rates: Wilson's score interval, which stays within 0 and 1 and is of use at 100 %;
-//! - shares: Clopper and Pearson's one-sided bounds, which are exact;
+//! - shares: Clopper and Pearson's bounds, which are exact, one-sided but for [`exact`];
 //! - rank correlations: Spearman's, with Student's t;
 //! - everything else (relative changes of means, medians, percentiles): the percentile bootstrap,
 //!   [`RESAMPLES`] resamples with a fixed seed, so that the same rows give the same digits.
@@ -117,6 +117,14 @@ impl Share {
             at_most: 1.0 - lower_bound(of - count, of, alpha),
         }
     }
+}
+
+/// The share of `count` among `of` with its exact two-sided interval (Clopper and Pearson 1934).
+pub fn exact(count: u64, of: u64) -> Estimate {
+    let alpha = 0.5 * (1.0 - CONFIDENCE);
+    let low = lower_bound(count, of, alpha);
+    let high = 1.0 - lower_bound(of - count, of, alpha);
+    Estimate { value: count as f64 / of as f64, low, high }
 }
 
 /// The share whose chance of `count` or more successes in `of` tries is `alpha`: Clopper and Pearson's
@@ -240,6 +248,10 @@ mod tests {
         assert!((Share::new(0, 20).at_most - (1.0 - 0.05_f64.powf(0.05))).abs() < 1e-12);
         assert_eq!(Share::new(0, 20).at_least, 0.0);
         assert_eq!(Share::new(20, 20).at_most, 1.0);
+        // Both sides have 2.5 % each: tables give 0.444 and 0.975 for eight of ten.
+        let both = exact(8, 10);
+        assert!(both.value == 0.8 && (both.low - 0.443_904_5).abs() < 1e-6, "{both:?}");
+        assert!((both.high - 0.974_789_3).abs() < 1e-6, "{both:?}");
     }
 
     #[test]

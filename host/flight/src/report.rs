@@ -11,8 +11,8 @@ use crate::statistics::{Influence, Summary};
 use remora_core::advanced::guidance::FlightMode;
 use remora_host::error::Error;
 use remora_host::report::page::html;
-use remora_host::report::plot::{Distributions, Panel, Scatter, Sheet};
-use remora_host::report::{Align, Page, Table};
+use remora_host::report::plot::{Cloud, Distributions, Panel, Scatter, Sheet};
+use remora_host::report::{Align, Page, Table, number};
 
 /// Miss of a capture at most [m], for the picture.
 fn capture_radius(asked: &FlightsFile) -> f64 {
@@ -91,17 +91,14 @@ fn flown(results: &Results) -> impl Iterator<Item = &FlightRow> {
 }
 
 fn miss(asked: &FlightsFile, results: &Results) -> Result<String, Error> {
-    let of = |captured: bool| {
-        let wanted = flown(results).filter(|row| (row.ending == Ending::Captured) == captured);
-        let points =
-            wanted.map(|row| row.arrival.miss_target_m).map(|[x, y, _]| (1e3 * x, 1e3 * y));
-        points.collect::<Vec<_>>()
+    let cloud = |(name, colour, is_captured): (&str, usize, bool)| {
+        let wanted = flown(results).filter(|row| (row.ending == Ending::Captured) == is_captured);
+        let points = wanted.map(|row| row.arrival.miss_target_m);
+        let points = points.map(|[x, y, _]| (1e3 * x, 1e3 * y)).collect();
+        Cloud { name: name.into(), colour, is_crossed: !is_captured, points }
     };
-    let series: Vec<_> = [("captured", of(true)), ("not captured", of(false))]
-        .into_iter()
-        .filter(|(_, points)| !points.is_empty())
-        .map(|(name, points)| (name.to_string(), points))
-        .collect();
+    let series = [("captured", 0, true), ("not captured", 1, false)].map(cloud);
+    let series = series.into_iter().filter(|cloud| !cloud.points.is_empty()).collect();
     Scatter {
         title: "Miss in the port's plane, ellipses of two deviations".into(),
         axes: ("target's x [mm]".into(), "target's y [mm]".into()),
@@ -234,10 +231,25 @@ pub fn spread_table(summary: &Summary) -> Table {
     ]);
     for spread in &summary.spreads {
         let numbers = [spread.mean, spread.median, spread.p95, spread.p99_73, spread.worst];
-        let [mean, median, p95, p99_73, worst] = numbers.map(|x| format!("{x:.3e}"));
-        table.row([spread.name.into(), mean, median, p95, p99_73, worst]);
+        let (name, unit) = readable(spread.name);
+        let [mean, median, p95, p99_73, worst] = numbers.map(|x| number(x / unit));
+        table.row([name.into(), mean, median, p95, p99_73, worst]);
     }
     table
+}
+
+/// Name of a quantity for people, and the unit in which they read it.
+fn readable(name: &str) -> (&str, f64) {
+    match name {
+        "miss_m" => ("miss [mm]", 1e-3),
+        "angle_deg" => ("angle [deg]", 1.0),
+        "speed_m_s" => ("speed [mm/s]", 1e-3),
+        "joint_rate_over_limit" => ("joint rate, of its limit", 1.0),
+        "tracking_position_m" => ("tracking error, position [mm]", 1e-3),
+        "tracking_attitude_deg" => ("tracking error, attitude [deg]", 1.0),
+        "impulse_n_s" => ("impulse [N s]", 1.0),
+        other => (other, 1.0),
+    }
 }
 
 /// Errors that correlate with the miss more than by chance; none if there are none.

@@ -3,11 +3,14 @@
 use super::{Align, Table, number, time};
 use remora_host::campaign::{Results, Statistics};
 use remora_host::error::Error;
-use remora_host::formats::{PlanFile, Row, make_directory, write_atomically};
+use remora_host::formats::{PlanFile, Row, Verdict, make_directory, write_atomically};
 use remora_host::report::Page;
 use remora_host::report::page::html;
-use remora_host::report::plot::Distributions;
+use remora_host::report::plot::{Cloud, Distributions, Points};
+use remora_host::statistics::{Estimate, exact};
 use remora_web::Shown;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Name of the page.
@@ -17,6 +20,8 @@ const PAGES: &str = "pages";
 
 /// Most plans that are not flyable with a page of their own.
 const MOST_FAILED: usize = 6;
+/// Most links of a reason.
+const MOST_LINKED: usize = 12;
 
 /// Measure of a plan: the larger, the more extreme.
 type Measure = fn(&Row) -> f64;
@@ -90,21 +95,30 @@ fn smallest(row: &Row) -> f64 {
 }
 
 fn page(results: &Results, notable: &[Notable<'_>]) -> Result<Page, Error> {
-    let summary = &results.summary;
+    let rows = &results.rows;
     let mut page = Page::new("campaign", "Campaign");
-    page.text(format!(
-        "{} scenarios, {} solved: {} mode, {} start, {}, {}.",
-        summary.scenarios,
-        summary.solved,
-        summary.mode.name(),
-        summary.warm_start.name(),
-        summary.integrator,
-        summary.qp.name(),
-    ));
-    page.table(verdicts(results));
+    page.text(headline(results)).table(verdicts(results));
+    if !rows.is_empty() {
+        page.heading("Where it fails").plot("map", "Each scenario by its start", map(rows)?);
+    }
+    if rows.iter().any(|row| !row.is_verified()) {
+        page.heading("Failures by reason").text(
+            "A plan's name leads to its page in three dimensions where it has one, otherwise to its file. \
+             `results.parquet` has a row a scenario.",
+        );
+        page.table(failures(rows, notable));
+    }
+    let verified: Vec<&Row> = rows.iter().filter(|row| row.is_verified()).collect();
+    if !verified.is_empty() {
+        page.heading("What plans cost");
+        let tumbles = costs(&verified, "tumble [deg/s]", tumble_deg_s)?;
+        page.plot("cost-tumble", "Cost of attitude and arm over the tumble", tumbles);
+        let distances = costs(&verified, "distance at the start [m]", distance_m)?;
+        page.plot("cost-distance", "Cost of attitude and arm over the distance", distances);
+    }
     page.heading("Notable plans").text("Each in three dimensions over time, to be planned on.");
     page.table(notable_table(notable));
-    let planned: Vec<&Row> = results.rows.iter().filter(|row| !row.is_refused()).collect();
+    let planned: Vec<&Row> = rows.iter().filter(|row| !row.is_refused()).collect();
     if !planned.is_empty() {
         page.heading("How they are spread").table(spreads(results));
         page.plot("times", "Times of the plans: shares", times(&planned)?);
@@ -112,15 +126,121 @@ fn page(results: &Results, notable: &[Notable<'_>]) -> Result<Page, Error> {
     Ok(page)
 }
 
+/// Verified plans with the interval of their share, and the method.
+fn headline(results: &Results) -> String {
+    let Results { summary, rows, .. } = results;
+    let count = |is: fn(&Row) -> bool| rows.iter().filter(|row| is(row)).count();
+    let verified = count(Row::is_verified);
+    let optimal = count(|row| row.verdict == Verdict::Optimal);
+    let Estimate { value, low, high } = exact(verified as u64, rows.len() as u64);
+    let [value, low, high] = [value, low, high].map(|share| format!("{:.1}", 100.0 * share));
+    format!(
+        "**{verified} of {} plans are verified**, {optimal} of them optimal. Verified are {value} %, with a 95 % \
+         interval of {low} to {high} %. Method: {} mode, {} start, {}, {}.",
+        rows.len(),
+        summary.mode.name(),
+        summary.warm_start.name(),
+        summary.integrator,
+        summary.qp.name(),
+    )
+}
+
 fn verdicts(results: &Results) -> Table {
     let mut table = Table::new([("verdict", Align::Left), ("plans", Align::Right)]);
     for (verdict, count) in &results.summary.by_verdict {
         table.row([verdict.to_string(), count.to_string()]);
     }
-    for (reason, count) in &results.summary.by_reason {
-        table.row([format!("by {reason}"), count.to_string()]);
+    table
+}
+
+fn tumble_deg_s(row: &Row) -> f64 {
+    row.flight.target_rate_rad_s.to_degrees()
+}
+
+fn distance_m(row: &Row) -> f64 {
+    row.flight.start_distance_m
+}
+
+/// Name, colour and mark of an outcome, and the rows that have it.
+type Outcome = (&'static str, usize, bool, fn(&Row) -> bool);
+
+const OUTCOMES: [Outcome; 4] = [
+    ("optimal", 0, false, |row| row.verdict == Verdict::Optimal),
+    ("verified, not converged", 2, false, |row| row.verdict == Verdict::Verified),
+    ("not flyable", 1, true, |row| row.verdict == Verdict::NotFlyable && !row.is_refused()),
+    ("refused before planning", 3, true, Row::is_refused),
+];
+
+/// A cloud of points for each outcome that there is.
+fn clouds<'a>(rows: impl Iterator<Item = &'a Row> + Clone, at: &Place<'_>) -> Vec<Cloud> {
+    let cloud = |(name, colour, is_crossed, has): Outcome| {
+        let points: Vec<_> = rows.clone().filter(|row| has(row)).map(at).collect();
+        Cloud { name: format!("{name}: {}", points.len()), colour, is_crossed, points }
+    };
+    OUTCOMES.map(cloud).into_iter().filter(|cloud| !cloud.points.is_empty()).collect()
+}
+
+/// Place of a row in a plot.
+type Place<'a> = dyn Fn(&Row) -> (f64, f64) + 'a;
+
+fn map(rows: &[Row]) -> Result<String, Error> {
+    Points {
+        title: "Outcome over distance and tumble".into(),
+        x_label: "distance at the start [m]".into(),
+        y_label: "tumble [deg/s]".into(),
+        series: clouds(rows.iter(), &|row| (distance_m(row), tumble_deg_s(row))),
+    }
+    .svg()
+}
+
+fn costs(verified: &[&Row], label: &str, of: fn(&Row) -> f64) -> Result<String, Error> {
+    Points {
+        title: "Cost of attitude and arm".into(),
+        x_label: label.into(),
+        y_label: "cost".into(),
+        series: clouds(verified.iter().copied(), &|row| (of(row), row.stage2.cost)),
+    }
+    .svg()
+}
+
+/// A row a reason, the most frequent first.
+fn failures(rows: &[Row], notable: &[Notable<'_>]) -> Table {
+    let mut reasons: BTreeMap<(&str, bool), Vec<&Row>> = BTreeMap::new();
+    for row in rows.iter().filter(|row| !row.is_verified()) {
+        reasons.entry((row.reason.as_str(), row.is_refused())).or_default().push(row);
+    }
+    let mut reasons: Vec<_> = reasons.into_iter().collect();
+    reasons.sort_by_key(|(_, rows)| Reverse(rows.len()));
+    let mut table = Table::new([
+        ("reason", Align::Left),
+        ("scenarios", Align::Right),
+        ("share [%]", Align::Right),
+        ("which", Align::Left),
+    ]);
+    for ((reason, is_refused), failed) in reasons {
+        let when = if is_refused { ", refused before planning" } else { "" };
+        let share = 100.0 * failed.len() as f64 / rows.len() as f64;
+        let mut which: Vec<String> =
+            failed.iter().take(MOST_LINKED).map(|row| linked(row, notable)).collect();
+        if failed.len() > MOST_LINKED {
+            which.push(format!("and {} more", failed.len() - MOST_LINKED));
+        }
+        let reason = format!("`{reason}`{when}");
+        table.row([reason, failed.len().to_string(), format!("{share:.1}"), which.join(", ")]);
     }
     table
+}
+
+/// The name of a scenario with a link to what there is of its plan.
+fn linked(row: &Row, notable: &[Notable<'_>]) -> String {
+    let id = &row.scenario;
+    if row.is_refused() {
+        id.clone()
+    } else if notable.iter().any(|notable| notable.row.scenario == *id) {
+        format!("[{id}]({PAGES}/{id}.html)")
+    } else {
+        format!("[{id}](plans/{id}.plan.json)")
+    }
 }
 
 fn notable_table(notable: &[Notable<'_>]) -> Table {
@@ -140,11 +260,17 @@ fn notable_table(notable: &[Notable<'_>]) -> Table {
             why.clone(),
             row.stage2.iterations.to_string(),
             number(row.stage2.cost),
-            format!("{:.3} {}", smallest(row), row.nearest.pair),
+            distance(row),
             time(row.time_s),
         ]);
     }
     table
+}
+
+/// The smallest distance and its pair, where it is judged.
+fn distance(row: &Row) -> String {
+    let metres = smallest(row);
+    if metres.is_finite() { format!("{metres:.3} {}", row.nearest.pair) } else { "-".into() }
 }
 
 fn spreads(results: &Results) -> Table {

@@ -1,4 +1,4 @@
-// Looks of a page, measured: how much of the stage bodies cover, and the contrast of texts.
+// Looks of a page, measured: how much of the stage bodies cover, and whether texts and numbers can be read.
 
 /** Share of the stage that strong colours cover in a screenshot of a page that a tab shows at the same size. */
 export const share = (tab, png) =>
@@ -17,35 +17,74 @@ export const share = (tab, png) =>
     return (4 * strong) / data.length;
   })()`);
 
-/** An expression: texts with less contrast than WCAG's level AA asks for. */
-export const lowContrasts = `(() => {
-  const context = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
-  const parts = (colour) => {
-    context.clearRect(0, 0, 1, 1);
-    context.fillStyle = colour;
-    context.fillRect(0, 0, 1, 1);
-    return [...context.getImageData(0, 0, 1, 1).data].map((part) => part / 255);
+/** Runs in a document: what overflows it, numbers broken over lines, texts below the contrast of WCAG 2, AA. */
+function look() {
+  const faults = [];
+  const root = document.documentElement;
+  if (root.scrollWidth > root.clientWidth) {
+    faults.push(`${root.scrollWidth} px wide in ${root.clientWidth}`);
+  }
+  const pen = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+  /** A colour over another. */
+  const over = (colour, below, opacity = 1) => {
+    pen.globalAlpha = 1;
+    pen.fillStyle = `rgb(${below.join(" ")})`;
+    pen.fillRect(0, 0, 1, 1);
+    pen.globalAlpha = opacity;
+    pen.fillStyle = colour;
+    pen.fillRect(0, 0, 1, 1);
+    return [...pen.getImageData(0, 0, 1, 1).data].slice(0, 3);
   };
-  const over = ([r, g, b, a], below) => [r, g, b].map((part, i) => a * part + (1 - a) * below[i]);
-  const ground = (element) =>
-    element ? over(parts(getComputedStyle(element).backgroundColor), ground(element.parentElement)) : [1, 1, 1];
-  const light = (rgb) => rgb
-    .map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4))
-    .reduce((sum, part, i) => sum + part * [0.2126, 0.7152, 0.0722][i], 0);
-  const contrast = (element) => {
-    const { color, fill } = getComputedStyle(element);
-    const below = ground(element);
-    const [a, b] = [over(parts(element instanceof SVGElement ? fill : color), below), below].map(light);
-    return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+  const luminance = (colour) => {
+    const [r, g, b] = colour.map((c) => (c <= 10 ? c / 3294 : ((c / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
   };
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-  const low = [];
-  while (walker.nextNode()) {
-    const { data, parentElement: element } = walker.currentNode;
-    const isShown = data.trim() && element.checkVisibility() && element.getBoundingClientRect().width > 0;
-    if (isShown && contrast(element) < 4.5) {
-      low.push(data.trim() + " " + contrast(element).toFixed(2));
+  const behind = (element) => {
+    const below = element.parentElement ? behind(element.parentElement) : [255, 255, 255];
+    return over(getComputedStyle(element).backgroundColor, below);
+  };
+  /** In a plot: the rectangles below the middle of a text, from the first to the last. */
+  const behindInPlot = (text) => {
+    const box = text.getBoundingClientRect();
+    const [x, y] = [(box.left + box.right) / 2, (box.top + box.bottom) / 2];
+    let below = behind(text.closest("svg").parentElement);
+    for (const rect of text.closest("svg").querySelectorAll("rect")) {
+      const { left, right, top, bottom } = rect.getBoundingClientRect();
+      const isBelow = rect.compareDocumentPosition(text) & Node.DOCUMENT_POSITION_FOLLOWING;
+      if (isBelow && left <= x && x <= right && top <= y && y <= bottom) {
+        const { fill, fillOpacity, opacity } = getComputedStyle(rect);
+        below = over(fill, below, fillOpacity * opacity);
+      }
+    }
+    return below;
+  };
+  const words = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (words.nextNode()) {
+    const element = words.currentNode.parentElement;
+    const name = words.currentNode.data.trim();
+    const isShown = element.checkVisibility() && element.getBoundingClientRect().width > 0;
+    if (!name || !isShown || element.closest("style, script, title")) {
+      continue;
+    }
+    const range = document.createRange();
+    range.selectNodeContents(words.currentNode);
+    if (element.matches(".r") && range.getClientRects().length > 1) {
+      faults.push(`broken over lines: ${name}`);
+    }
+    const style = getComputedStyle(element);
+    const inPlot = element.closest("svg");
+    const below = inPlot ? behindInPlot(element) : behind(element);
+    const ink = inPlot ? over(style.fill, below, style.fillOpacity * style.opacity) : over(style.color, below);
+    const [dark, light] = [luminance(ink), luminance(below)].sort((a, b) => a - b);
+    const size = parseFloat(style.fontSize);
+    const isLarge = size >= 24 || (size >= 18.66 && style.fontWeight >= 700);
+    const contrast = (light + 0.05) / (dark + 0.05);
+    if (contrast < (isLarge ? 3 : 4.5)) {
+      faults.push(`contrast ${contrast.toFixed(2)}: ${name}`);
     }
   }
-  return low;
-})()`;
+  return [...new Set(faults)];
+}
+
+/** What makes a tab's document hard to read, a line each. */
+export const unreadable = (tab) => tab.evaluate(`(${look})()`);

@@ -1,7 +1,7 @@
 // The program `remora`, run as a user runs it, in a folder of its own.
 
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -29,6 +29,10 @@ export class Bench {
 
   json(name) {
     return JSON.parse(readFileSync(this.path(name), "utf8"));
+  }
+
+  has(name) {
+    return existsSync(this.path(name));
   }
 
   clear() {

@@ -120,29 +120,12 @@ impl Page {
     }
 }
 
-/// Look of all pages but the interactive one, in the colours of that (`host/web/source/style.css`).
-const STYLE: &str = "\
-:root{color-scheme:light dark;
---back:light-dark(#eef2f6,#0b0f14);--card:light-dark(#fff,#121920);--line:light-dark(#d8e0e9,#243040);
---text:light-dark(#17212c,#e3eaf2);--mute:light-dark(#5b6978,#93a3b4);--blue:light-dark(#1f6fc4,#6fb4ff);
---green:light-dark(#1f8a56,#5fd49a);--red:light-dark(#b3261e,#ff8f86)}
-body{font:16px/1.5 system-ui,sans-serif;margin:0 auto;max-width:76rem;padding:0 1.5rem 4rem;
-background:var(--back);color:var(--text)}
-a{color:var(--blue)}
-nav{position:sticky;top:0;padding:.7rem 0;background:var(--back);border-bottom:1px solid var(--line)}
-nav a{margin-right:1.2rem}
-header{padding-top:1rem}
-h1{margin-top:3rem}
-.met{color:var(--green);font-weight:600}
-.missed{color:var(--red);font-weight:600}
-table{border-collapse:collapse;margin:1rem 0;font-size:.9rem;display:block;overflow-x:auto}
-th,td{padding:.25rem .7rem;border-bottom:1px solid var(--line);text-align:left;vertical-align:top}
-th.r,td.r{text-align:right;font-variant-numeric:tabular-nums}
-figure{margin:1.5rem 0}
-figure svg{max-width:100%;height:auto;background:var(--card)}
-figcaption,.again{font-size:.9rem;color:var(--mute)}
-code{font-size:.9em}
-";
+/// Colours, type and base rules of reports, plots and the interactive page.
+pub(super) const LOOK: &str = include_str!("look.css");
+/// Rules of reports alone.
+const STYLE: &str = include_str!("report.css");
+/// The sign before the title.
+const MARK: &str = include_str!("mark.svg");
 
 /// Pages as one Markdown page: the first gives it its title, each other is a section.
 pub fn document(pages: &[Page]) -> String {
@@ -154,15 +137,17 @@ pub fn document(pages: &[Page]) -> String {
 pub fn html(title: &str, made: &str, pages: &[Page]) -> String {
     let links: String = pages
         .iter()
+        .filter(|_| pages.len() > 1)
         .map(|page| format!("<a href=\"#{}\">{}</a>\n", page.name, inline(&page.title)))
         .collect();
+    let nav = if links.is_empty() { links } else { format!("<nav>\n{links}</nav>\n") };
     let sections: String = pages.iter().map(Page::html).collect();
     let (title, made) = (escaped(title), inline(made));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header><strong>{title}</strong> {made}</header>\n<nav>\n{links}</nav>\n{sections}</body>\n</html>\n"
+         <title>{title}</title>\n<style>\n{LOOK}{STYLE}</style>\n</head>\n<body>\n\
+         <header>{MARK}<strong>{title}</strong> <span>{made}</span></header>\n{nav}<main>\n{sections}</main>\n</body>\n</html>\n"
     )
 }
 
@@ -194,7 +179,7 @@ fn strong(text: &str) -> String {
         .collect()
 }
 
-/// `[name](to)`. A page beside this one is a section of the same document.
+/// `[name](to)`. A page beside this one is a section of the same document; of other pages the name stands.
 fn linked(text: &str) -> String {
     let mut pieces = text.split('[');
     let mut out = pieces.next().unwrap_or_default().to_string();
@@ -205,7 +190,12 @@ fn linked(text: &str) -> String {
                 Some(page) if !page.contains('/') => format!("#{page}"),
                 _ => to.to_string(),
             };
-            Some(format!("<a href=\"{to}\">{name}</a>{rest}"))
+            let is_elsewhere = to.ends_with(".md") || to.contains(".md#");
+            Some(if is_elsewhere {
+                format!("{name}{rest}")
+            } else {
+                format!("<a href=\"{to}\">{name}</a>{rest}")
+            })
         });
         out += &link.unwrap_or_else(|| format!("[{piece}"));
     }
@@ -253,7 +243,7 @@ mod tests {
         let html = html("Audit", "Made at `abc`, 2026-11-22.", &[page()]);
         for part in [
             "<title>Audit</title>",
-            "<strong>Audit</strong> Made at <code>abc</code>, 2026-11-22.",
+            "<strong>Audit</strong> <span>Made at <code>abc</code>, 2026-11-22.</span>",
             "<strong>static</strong>",
             "<a href=\"#stack\">stack</a> &amp; more",
             "<td>code <code>a&lt;b&gt;</code></td><td class=\"r\">12</td>",
@@ -262,13 +252,18 @@ mod tests {
         ] {
             assert!(html.contains(part), "{part}\n{html}");
         }
-        // Nothing is loaded from anywhere.
-        assert!(!html.contains("src=") && !html.contains("http"));
+        // Nothing is loaded from anywhere, and a single page needs no list of pages.
+        assert!(!html.contains("src=") && !html.contains("http") && !html.contains("<nav>"));
+        let html = super::html("Audit", "", &[page(), Page::new("stack", "Stack")]);
+        assert!(
+            html.contains("<nav>\n<a href=\"#memory\">Memory</a>\n<a href=\"#stack\">Stack</a>")
+        );
     }
 
     #[test]
     fn brackets_that_are_no_links_stay() {
         assert_eq!(inline("times [ms], [0, 1)"), "times [ms], [0, 1)");
-        assert_eq!(inline("[a](../b.md)"), "<a href=\"../b.md\">a</a>");
+        assert_eq!(inline("[a](../b.md)"), "a");
+        assert_eq!(inline("[a](b.md#c), [b](pages/1.html)"), "a, <a href=\"pages/1.html\">b</a>");
     }
 }

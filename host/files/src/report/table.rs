@@ -3,7 +3,7 @@
 use super::page::inline;
 use std::fmt;
 
-/// Whether a cell says that something is as it must be, as a class of HTML.
+/// Whether a cell behind a name says that something is as it must be, as a class of HTML.
 fn verdict(cell: &str) -> Option<&'static str> {
     match cell {
         "met" | "proven" | "tested" => Some("met"),
@@ -22,6 +22,23 @@ fn grouped(cell: &str) -> String {
         is_first_of_three.then_some('\u{202f}').into_iter().chain([digit])
     });
     digits.collect()
+}
+
+/// A cell as people read it: large whole numbers in groups, powers of ten raised.
+fn readable(cell: &str) -> String {
+    let power = cell.split_once('e').and_then(|(factor, power)| {
+        factor.parse::<f64>().ok()?;
+        Some((factor, power.parse::<i32>().ok()?))
+    });
+    let Some((factor, power)) = power else {
+        return cell.split(", ").map(grouped).collect::<Vec<_>>().join(", ");
+    };
+    let power = power.to_string();
+    let raised = power.chars().map(|c| match c.to_digit(10) {
+        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+        None => '⁻',
+    });
+    format!("{factor} × 10{}", raised.collect::<String>())
 }
 
 /// How a column is aligned.
@@ -92,16 +109,17 @@ impl Table {
             let cells = cells.into_iter().enumerate();
             let cells = cells.map(|(i, cell)| {
                 let cell = cell.trim();
-                match verdict(cell) {
+                match verdict(cell).filter(|_| i > 0) {
                     Some(class) => format!("<{tag} class=\"{class}\">{}</{tag}>", inline(cell)),
-                    None => format!("<{tag}{}>{}</{tag}>", class(i), inline(&grouped(cell))),
+                    None => format!("<{tag}{}>{}</{tag}>", class(i), inline(&readable(cell))),
                 }
             });
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
         let head = line("th", self.head.iter().map(|(name, _)| name.as_str()).collect());
         let rows = self.rows.iter().map(|row| line("td", row.iter().map(String::as_str).collect()));
-        format!("<table>\n<thead>{head}</thead>\n{}</table>", rows.collect::<String>())
+        let rows: String = rows.collect();
+        format!("<div class=\"table\"><table>\n<thead>{head}</thead>\n{rows}</table></div>")
     }
 
     /// Rows as names, the words before the first number, and values, the other cells with heads.
@@ -167,6 +185,20 @@ mod tests {
         let expected =
             "| name | n |  |\n| --- | ---: | --- |\n| a | 1 | ok |\n| longer | 1000 |  |\n";
         assert_eq!(table.markdown(), expected);
+    }
+
+    #[test]
+    fn people_read_numbers_and_verdicts() {
+        assert_eq!(readable("1234567"), "1\u{202f}234\u{202f}567");
+        assert_eq!(readable("51640, 60000"), "51\u{202f}640, 60\u{202f}000");
+        assert_eq!(readable("1.00e-12"), "1.00 × 10⁻¹²");
+        assert_eq!(
+            ["1e", "e5", "link_3e2", "one", "12.5"].map(readable).concat(),
+            "1ee5link_3e2one12.5"
+        );
+        let mut table = Table::new([("ended", Align::Left), ("", Align::Left)]);
+        table.row(["missed".into(), "met".into()]);
+        assert!(table.html().contains("<td>missed</td><td class=\"met\">met</td>"));
     }
 
     #[test]

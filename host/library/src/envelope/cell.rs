@@ -3,6 +3,7 @@
 use crate::campaign::Statistics;
 use crate::draw::draw_one;
 use crate::formats::{Mission, NamedScenario, Nearest};
+use crate::statistics::{Estimate, exact};
 use remora_core::advanced::model::Tolerances;
 use remora_core::advanced::planner::{Report, Verdict};
 use serde::{Deserialize, Serialize};
@@ -184,6 +185,12 @@ impl Cell {
     pub fn success(&self) -> Option<f64> {
         let found = self.found.as_ref().filter(|_| self.state == State::Planned);
         found.map(Found::success)
+    }
+
+    /// Share of optimal plans with its exact interval.
+    pub fn interval(&self) -> Option<Estimate> {
+        let found = self.found.as_ref().filter(|_| self.state == State::Planned);
+        found.map(|found| exact(found.optimal as u64, found.scenarios as u64))
     }
 }
 

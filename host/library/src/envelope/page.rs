@@ -41,8 +41,8 @@ impl Map {
             self.seed,
         ));
         page.text(
-            "Cells: **success**; median iterations of Stage 2; median time; median cost; smallest \
-             clearance.",
+            "Cells: **success** with its 95 % interval (Clopper and Pearson); median iterations of \
+             Stage 2; median time; median cost; smallest clearance.",
         );
         for vehicle in &self.vehicles {
             self.add_vehicle(vehicle, &mut page);
@@ -93,7 +93,7 @@ impl Map {
             y: names(&self.rates_deg_s),
             shares: rows
                 .iter()
-                .map(|row| row.iter().map(|cell| cell.success()).collect())
+                .map(|row| row.iter().map(|cell| cell.interval()).collect())
                 .collect(),
             footer: self.made_by(),
         }
@@ -149,14 +149,16 @@ fn common_reason(rows: &[Vec<&Cell>]) -> Option<String> {
 
 /// A cell in a table.
 fn shown(cell: &Cell) -> String {
-    let (Some(success), Some(found)) = (cell.success(), &cell.found) else {
+    let (Some(success), Some(found)) = (cell.interval(), &cell.found) else {
         return cell.state.name().into();
     };
     let or_none = |text: Option<String>| text.unwrap_or_else(|| "-".into());
     let clearance = found.clearance_m.map(|clearance| format!("; {clearance:.2} m"));
     format!(
-        "**{:.0} %**; {}; {}; {}{}",
-        100.0 * success,
+        "**{:.0} %** ({:.0} to {:.0} %); {}; {}; {}{}",
+        100.0 * success.value,
+        100.0 * success.low,
+        100.0 * success.high,
         or_none(found.iterations.map(|iterations| iterations.to_string())),
         or_none(found.time_s.map(time)),
         or_none(found.cost.map(number)),
@@ -198,8 +200,8 @@ mod tests {
             "| default | 530 kg | 2.5 N | 0.005 N m |",
             "\n**60 s**: impossible, joint 2, too slow.\n",
             "| tumble | 2 m | 5 m |\n| --- | ---: | ---: |\n",
-            "| 0 deg/s | no start | **100 %**; 9; 250.0 ms; 0.1800; 0.12 m |",
-            "| 0.5 deg/s | no start | **75 %**; 9; 250.0 ms; 0.1800; 0.12 m |",
+            "| 0 deg/s | no start | **100 %** (40 to 100 %); 9; 250.0 ms; 0.1800; 0.12 m |",
+            "| 0.5 deg/s | no start | **75 %** (19 to 99 %); 9; 250.0 ms; 0.1800; 0.12 m |",
             "|  | 60 s | 600 s |",
             "| plans | 0 | 8 |\n| verified, optimal | 0 | 7 |\n| `clearance` | 0 | 1 |",
             "(envelope-default-600.svg)",

@@ -14,7 +14,7 @@ use crate::inject::Injection;
 use remora_host::envelope::Map;
 use remora_host::error::FieldError;
 use remora_host::method::Integrator;
-use remora_host::report::plot::{Distributions, Points};
+use remora_host::report::plot::{Cloud, Distributions, Points};
 use remora_host::report::{Page, Table};
 
 /// The sections of all parts that have been measured, in the order in which they are read.
@@ -172,7 +172,16 @@ fn iterations(title: &str, configurations: &[&ConfigurationProfile]) -> Points {
         title: title.into(),
         x_label: "iterations".into(),
         y_label: "ms".into(),
-        series: configurations.iter().map(|c| (c.name.clone(), points(c))).collect(),
+        series: configurations
+            .iter()
+            .enumerate()
+            .map(|(colour, c)| Cloud {
+                name: c.name.clone(),
+                colour,
+                is_crossed: false,
+                points: points(c),
+            })
+            .collect(),
     }
 }
 

@@ -46,7 +46,7 @@ impl Distributions {
             .bold_line_style(BLACK.mix(0.1))
             .x_label_formatter(&|x| format!("{}", (x * 1e6).round() / 1e6))
             .x_desc(&self.x_label)
-            .y_desc("share of the plans")
+            .y_desc("share")
             .label_style(FONT)
             .draw()?;
         for (number, (_, values)) in self.series.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Points about an origin, to scale, with circles and ellipses.
 
-use super::{Area, DrawResult, FONT, Mark, colour, headed, to_svg_of};
+use super::{Area, Cloud, DrawResult, Mark, headed, plane, to_svg_of};
 use crate::error::Error;
 use plotters::prelude::*;
 
@@ -10,8 +10,8 @@ pub struct Scatter {
     pub title: String,
     /// Quantities along the two axes, with their unit.
     pub axes: (String, String),
-    /// Names of the clouds and their points.
-    pub series: Vec<(String, Vec<(f64, f64)>)>,
+    /// The clouds.
+    pub series: Vec<Cloud>,
     /// Name and radius of a circle about the origin.
     pub circle: Option<(String, f64)>,
     /// Whether each cloud gets the ellipse of two standard deviations about its mean.
@@ -27,7 +27,7 @@ impl Scatter {
     /// # Errors
     /// Where there is nothing to draw.
     pub fn svg(&self) -> Result<String, Error> {
-        let points = self.series.iter().flat_map(|(_, points)| points);
+        let points = self.series.iter().flat_map(|cloud| &cloud.points);
         let far = points.fold(0.0, |far: f64, (x, y)| far.max(x.abs()).max(y.abs()));
         let far = self.circle.as_ref().map_or(far, |(_, radius)| far.max(*radius)) * 1.08;
         if !(far > 0.0 && far.is_finite()) {
@@ -37,30 +37,14 @@ impl Scatter {
     }
 
     fn draw(&self, area: &Area<'_>, far: f64) -> DrawResult {
-        let series = self.series.iter().enumerate();
-        let mut names: Vec<_> =
-            series.map(|(i, (name, _))| (name.as_str(), Mark::Dot(colour(i)))).collect();
+        let mut names: Vec<_> = self.series.iter().map(Cloud::mark).collect();
         names.extend(self.circle.iter().map(|(name, _)| (name.as_str(), Mark::Dashed)));
         let area = headed(area, &self.title, &names)?;
-        let mut chart = ChartBuilder::on(&area)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(64)
-            .build_cartesian_2d(-far..far, -far..far)?;
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(BLACK.mix(0.1))
-            .x_desc(&self.axes.0)
-            .y_desc(&self.axes.1)
-            .label_style(FONT)
-            .draw()?;
-        for (number, (_, points)) in self.series.iter().enumerate() {
-            let colour = colour(number);
-            let dots = points.iter().map(|point| Circle::new(*point, 2, colour.mix(0.6).filled()));
-            chart.draw_series(dots)?;
-            if let Some(ellipse) = self.ellipses.then(|| ellipse(points)).flatten() {
-                chart.draw_series([PathElement::new(ellipse, colour.stroke_width(2))])?;
+        let mut chart = plane(&area, (-far..far, -far..far), (&self.axes.0, &self.axes.1))?;
+        for cloud in &self.series {
+            cloud.draw(&mut chart)?;
+            if let Some(ellipse) = self.ellipses.then(|| ellipse(&cloud.points)).flatten() {
+                chart.draw_series([PathElement::new(ellipse, cloud.colour().stroke_width(2))])?;
             }
         }
         if let Some((_, radius)) = &self.circle {
@@ -113,17 +97,21 @@ mod tests {
         assert!((top - 2.0 * 2.0_f64.sqrt()).abs() < 1e-2);
     }
 
+    fn cloud(points: Vec<(f64, f64)>) -> Cloud {
+        Cloud { name: "one".into(), colour: 0, is_crossed: false, points }
+    }
+
     #[test]
     fn nothing_to_draw_is_an_error() {
         let scatter = Scatter {
             title: "a".into(),
             axes: ("x".into(), "y".into()),
-            series: vec![("none".into(), Vec::new())],
+            series: vec![cloud(Vec::new())],
             circle: None,
             ellipses: true,
         };
         assert!(scatter.svg().is_err());
-        let series = vec![("one".into(), vec![(1.0, 2.0)])];
+        let series = vec![cloud(vec![(1.0, 2.0)])];
         assert!(Scatter { series, ..scatter }.svg().unwrap().contains("<svg"));
     }
 }
