@@ -1,6 +1,6 @@
-//! `remora --generate KIND`
+//! `remora generate`
 
-use super::Output;
+use super::{Output, options};
 use clap_complete::aot::{Shell, generate};
 use clap_mangen::Man;
 use remora_host::choice::choices;
@@ -10,7 +10,7 @@ use std::path::Path;
 
 choices! {
     /// What shells, `man` and editors read.
-    pub(super) enum Help {
+    enum Help {
         /// Completions for bash.
         Bash = "bash",
         /// Completions for zsh.
@@ -28,18 +28,33 @@ choices! {
     }
 }
 
-impl Help {
-    pub(super) fn output(self) -> Result<Output, Error> {
-        let text = match self {
-            Self::Bash => completions(Shell::Bash),
-            Self::Zsh => completions(Shell::Zsh),
-            Self::Fish => completions(Shell::Fish),
-            Self::Man => {
+/// Print completions, the manual, or a schema for editors.
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// What to print
+    #[arg(value_name = "KIND", value_parser = options::choice::<Help>())]
+    kind: Help,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  remora generate bash > remora.bash                     completions: source this file
+  remora generate man > remora.1                         the manual
+  remora generate mission-schema > mission.schema.json   what an editor checks mission files by";
+
+impl Args {
+    pub(super) fn run(self) -> Result<Output, Error> {
+        let text = match self.kind {
+            Help::Bash => completions(Shell::Bash),
+            Help::Zsh => completions(Shell::Zsh),
+            Help::Fish => completions(Shell::Fish),
+            Help::Man => {
                 manual().map_err(|cause| Error::output(Path::new("standard output"), &cause))?
             }
-            Self::MissionSchema => include_str!("../../schemas/mission.schema.json").into(),
-            Self::ScenariosSchema => include_str!("../../schemas/scenarios.schema.json").into(),
-            Self::ErrorsSchema => include_str!("../../schemas/errors.schema.json").into(),
+            Help::MissionSchema => include_str!("../../schemas/mission.schema.json").into(),
+            Help::ScenariosSchema => include_str!("../../schemas/scenarios.schema.json").into(),
+            Help::ErrorsSchema => include_str!("../../schemas/errors.schema.json").into(),
         };
         Ok(Output::data(text))
     }

@@ -27,7 +27,6 @@ mod view;
 use crate::cli::options::QuietArgs;
 use crate::cli::{self, Output, Program, options, progress};
 use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use generate::Help;
 use remora_host::error::Error;
 use remora_host::formats::VERSION;
 use std::ffi::OsString;
@@ -40,9 +39,6 @@ use std::ffi::OsString;
 struct Cli {
     #[command(flatten)]
     quiet: QuietArgs,
-    /// Print completions, the manual or a schema for editors, and end
-    #[arg(long, value_name = "KIND", value_parser = options::choice::<Help>(), exclusive = true)]
-    generate: Option<Help>,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -55,7 +51,7 @@ Examples:
   remora view runs/pub-000.plan.json                 look at it, and plan on, in a browser
   remora fly runs/pub-000.plan.json --out runs/a     fly it in a world that it does not know
   remora mission show                                what follows from a mission's numbers
-  remora --generate man > remora.1                   the manual; bash, zsh and fish: completions
+  remora generate man > remora.1                     the manual; bash, zsh and fish: completions
 
 A plan is one of three:
   optimal                     verified, and what was asked for was reached            exit status 0
@@ -76,6 +72,7 @@ enum Command {
     Mission(groups::MissionArgs),
     Export(export::Args),
     Learn(groups::LearnArgs),
+    Generate(generate::Args),
 }
 
 /// Runs the program with its arguments, the first of which is its name; returns the exit status.
@@ -95,11 +92,6 @@ impl Program for Cli {
     }
 
     fn run(self) -> Result<Output, Error> {
-        match (self.generate, &self.command) {
-            (Some(help), None) => return help.output(),
-            (Some(_), Some(_)) => return Err(Error::argument("--generate", "takes no command")),
-            (None, _) => {}
-        }
         let Some(command) = self.command else {
             let plan = no_arguments().and_then(|matches| plan::Args::from_arg_matches(&matches));
             let wrong = |error: clap::Error| Error::argument("plan", error.to_string());
@@ -126,6 +118,7 @@ impl Command {
             Self::Mission(args) => args.run(),
             Self::Export(args) => args.run(),
             Self::Learn(args) => args.run(),
+            Self::Generate(args) => args.run(),
         }
     }
 }

@@ -77,7 +77,7 @@ Examples:
   remora plan --deadline 0.5 --jobs 2
   remora plan --scrub
   remora plan --write svg
-  remora plan --out runs/pub-000.plan.postcard
+  remora plan --out pub-000.plan.postcard
 
 With --mission and neither --scenarios nor --id, a scenario of that mission is drawn: s1-000, the first of
 `remora draw --seed 1`, or the next that is not refused.

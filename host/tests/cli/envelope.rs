@@ -45,7 +45,7 @@ fn a_map_is_written_with_its_page_and_figures() {
     assert_eq!(map["cells"][1]["found"]["optimal"], 2);
     let page = bench.read("map/envelope.md");
     assert!(page.contains("**60 s**: impossible, joint 2 would have to turn"), "{page}");
-    assert!(page.contains("| 0 deg/s | **100 %**; "), "{page}");
+    assert!(page.contains("| 0 deg/s | **100 %** (16 to 100 %); "), "{page}");
     for file in ["map/envelope.md", "map/envelope-default-1200.svg"] {
         let command =
             "remora campaign envelope --mission default.mission.toml --rate 0 --distance 5";

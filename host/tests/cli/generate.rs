@@ -1,4 +1,4 @@
-//! `remora --generate`: completions, the manual, schemas.
+//! `remora generate`: completions, the manual, schemas.
 
 use super::bench::Bench;
 use serde_json::Value;
@@ -13,7 +13,7 @@ fn has(program: &str) -> bool {
 /// A bench with what is generated, as `FILE`.
 fn generated(kind: &str, file: &str) -> (Bench, String) {
     let bench = Bench::empty();
-    let text = bench.solves(&format!("--generate {kind}")).out;
+    let text = bench.solves(&format!("generate {kind}")).out;
     bench.write(file, &text);
     (bench, text)
 }
@@ -40,7 +40,7 @@ fn bash_completes_commands_options_and_names() {
         ("remora plan --id pub-00", "pub-007"),
         ("remora campaign --write nod", "nodes"),
         ("remora mission errors ty", "typical"),
-        ("remora --generate mission", "mission-schema"),
+        ("remora generate mission", "mission-schema"),
         ("remora plan --mission remora.b", "remora.bash"),
     ] {
         let script = format!(
@@ -71,7 +71,7 @@ fn zsh_and_fish_get_completions() {
 fn the_manual_has_a_page_for_each_command() {
     let (bench, text) = generated("man", "remora.1");
     let pages = text.lines().filter(|line| line.starts_with(".TH ")).count();
-    assert_eq!(pages, 17, "{text}");
+    assert_eq!(pages, 18, "{text}");
     for page in ["remora", "remora-plan", "remora-campaign-gather", "remora-mission-errors"] {
         assert!(text.contains(&format!("\n.TH {page} 1")), "no page {page}");
     }
@@ -97,6 +97,6 @@ fn schemas_are_json() {
 #[test]
 fn nothing_goes_beside_it() {
     let bench = Bench::empty();
-    bench.refuses("--generate man plan", "--generate: takes no command");
-    bench.refuses("--generate manual", "invalid value 'manual' for '--generate <KIND>'");
+    bench.refuses("generate man plan", "unexpected argument 'plan' found");
+    bench.refuses("generate manual", "invalid value 'manual' for '<KIND>'");
 }

@@ -11,7 +11,7 @@ fn the_built_in_mission_is_told_and_can_end() {
         "\nextension           ",
         "\nkeep-out, far                         1.8500",
         "\nkeep-out, near                        1.4600",
-        "\nmass of system                         530.0",
+        "\nmass of system                           530",
         "\ninertia at capture",
         "\ntorques of bus and joints",
         "\n2      50.3 deg  195 s            1119 s\n",

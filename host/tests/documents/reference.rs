@@ -22,8 +22,6 @@ After this page you can call every command of `remora` with the options that you
 
 const AFTER: &str = "\
 Add `--help` to a command for more about its files. `--quiet` leaves out reports and progress.
-`remora --generate KIND` prints completions (`bash`, `zsh`, `fish`), the manual (`man`) or a JSON Schema
-(`mission-schema`, `scenarios-schema`, `errors-schema`).
 
 ## Exit status
 
