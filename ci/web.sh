@@ -47,12 +47,12 @@ echo "--- tests"
 # All packages' features, as `cargo run` has them: nothing is built twice.
 cargo build --release --locked --bin remora --bin xtask
 export REMORA_PLANNER=$planner REMORA_PROGRAM=$CARGO_TARGET_DIR/release/remora
-node --test host/web/test/planner.mjs host/web/test/missions.mjs
+node --test --test-timeout=600000 host/web/test/planner.mjs host/web/test/missions.mjs
 # The audit's page with the part that is measured soonest.
 "$CARGO_TARGET_DIR/release/xtask" audit --only loops --out "$built/audit"
 REMORA_AUDIT=$built/audit/audit.html node --test host/web/test/reports.mjs
 # By itself: it measures times.
-node --test host/web/test/page.mjs
+node --test --test-timeout=600000 host/web/test/page.mjs
 if [ "$wants_write" = --write ]; then
     node host/web/test/pictures.mjs docs/pictures
 fi
