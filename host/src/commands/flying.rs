@@ -57,7 +57,7 @@ pub(super) struct FlyingArgs {
 choices! {
     /// Gravity that acts in the world.
     enum Gravity {
-        /// That of a point mass.
+        /// Gravity of a point mass.
         Central = "central",
         /// The Earth's oblateness acts too.
         Oblate = "j2",

@@ -9,7 +9,7 @@ use std::io;
 use std::path::Path;
 
 choices! {
-    /// What shells, `man` and editors read.
+    /// Kinds of text for shells, `man` and editors.
     enum Help {
         /// Completions for bash.
         Bash = "bash",
@@ -32,7 +32,7 @@ choices! {
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// What to print
+    /// Text to print
     #[arg(value_name = "KIND", value_parser = options::choice::<Help>())]
     kind: Help,
 }

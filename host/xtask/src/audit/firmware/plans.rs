@@ -12,9 +12,9 @@ choices! {
     pub enum Extent {
         /// One scenario with Euler, from both starts.
         One = "one" default,
-        /// What the audit reports: both integrators and starts, hard scenarios.
+        /// Cases that the audit reports: both integrators and starts, hard scenarios.
         Corpus = "corpus",
-        /// The same with all scenarios of the audit's set, some three times as long.
+        /// Corpus with all scenarios of the audit's set, some three times as long.
         Full = "full",
     }
 }
